@@ -1,0 +1,171 @@
+"""Atomic writes: a file or folder under its final name is always whole.
+
+Data goes to a hidden sibling (``.<name>.<random>.part``), is flushed to disk, and takes its final name in one
+rename. A kill at any moment leaves the old content or none, and at most one ``.part`` beside it; an exception,
+KeyboardInterrupt included, leaves nothing. Raises DataError where the place cannot be written.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hsbench.errors import DataError, SchemaError
+
+
+@contextmanager
+def atomic_file(path: str | Path) -> Iterator[Path]:
+    """Yield a path to write to; on leaving, the file written there becomes ``path``, replacing what was there."""
+    target = Path(path)
+    temporary = _sibling(target)
+    try:
+        yield temporary
+        try:
+            _sync(temporary)
+            os.replace(temporary, target)
+        except OSError as error:
+            raise _cannot_write(target, error) from error
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+    _sync_folder(target.parent)
+
+
+@contextmanager
+def atomic_folder(path: str | Path, *, replace: bool = False) -> Iterator[Path]:
+    """Yield an empty folder to fill; on leaving it becomes ``path``.
+
+    Raises DataError if ``path`` exists, unless ``replace``: then the old folder steps aside and is deleted once the
+    new one is in place (two renames: between them, for an instant, neither bears the name).
+    """
+    target = Path(path)
+    if os.path.lexists(target) and not replace:
+        raise DataError(f"{target} exists already; choose another place or remove it first")
+    temporary = _sibling(target)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        temporary.mkdir()
+    except OSError as error:
+        raise _cannot_write(target, error) from error
+    try:
+        yield temporary
+        try:
+            _sync_tree(temporary)
+            _move_into_place(temporary, target)
+        except OSError as error:
+            raise _cannot_write(target, error) from error
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
+    _sync_folder(target.parent)
+
+
+def write_bytes(path: str | Path, data: bytes) -> None:
+    """Write a whole file atomically, with its parent folders."""
+    target = Path(path)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with atomic_file(target) as temporary:
+            temporary.write_bytes(data)
+    except OSError as error:
+        raise _cannot_write(target, error) from error
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write UTF-8 text with line feeds atomically."""
+    write_bytes(path, text.encode())
+
+
+def write_json(path: str | Path, obj: object) -> None:
+    """Write ``json_bytes(obj)`` atomically. Raises SchemaError as it does, naming the file."""
+    try:
+        data = json_bytes(obj)
+    except SchemaError as error:
+        raise SchemaError(f"{path}: {error}") from error
+    write_bytes(path, data)
+
+
+def json_bytes(obj: object) -> bytes:
+    """The one JSON form of an object: sorted keys, floats unrounded, UTF-8, a line feed at the end.
+
+    Raises SchemaError for NaN, infinity and types JSON does not have, naming the item.
+    """
+    fault = _json_fault(obj, "")
+    if fault:
+        raise SchemaError(fault)
+    return (json.dumps(obj, sort_keys=True, indent=2, allow_nan=False, ensure_ascii=False) + "\n").encode()
+
+
+def _json_fault(obj: Any, where: str) -> str | None:
+    if obj is None or isinstance(obj, bool | int | str):
+        return None
+    if isinstance(obj, float):
+        return None if math.isfinite(obj) else f"{where or 'value'} is {obj}; expected a finite number or null"
+    if isinstance(obj, dict):
+        for key in obj:
+            if not isinstance(key, str):
+                return f"{where or 'value'} has the key {key!r}; expected text"
+        children = ((f"{where}.{key}" if where else key, child) for key, child in obj.items())
+    elif isinstance(obj, list | tuple):
+        children = ((f"{where}[{i}]", child) for i, child in enumerate(obj))
+    else:
+        return f"{where or 'value'} is a {type(obj).__name__}; expected text, number, true, false, null, list or dict"
+    return next((fault for at, child in children if (fault := _json_fault(child, at))), None)
+
+
+def _sibling(target: Path) -> Path:
+    return target.with_name(f".{target.name}.{secrets.token_hex(6)}.part")
+
+
+def _move_into_place(temporary: Path, target: Path) -> None:
+    if not os.path.lexists(target):
+        os.rename(temporary, target)
+        return
+    aside = _sibling(target)
+    os.rename(target, aside)
+    try:
+        os.rename(temporary, target)
+    except BaseException:
+        os.rename(aside, target)
+        raise
+    if aside.is_dir() and not aside.is_symlink():
+        shutil.rmtree(aside)
+    else:
+        aside.unlink()
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _sync_folder(path: Path) -> None:
+    if os.name == "nt":  # folders cannot be opened there
+        return
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _sync_tree(folder: Path) -> None:
+    for root, _, files in os.walk(folder):
+        for name in files:
+            if not os.path.islink(os.path.join(root, name)):
+                _sync(Path(root, name))
+        _sync_folder(Path(root))
+
+
+def _cannot_write(target: Path, error: OSError) -> DataError:
+    return DataError(f"cannot write {target}: {error.strerror or error}")

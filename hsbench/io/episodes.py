@@ -1,0 +1,220 @@
+"""Episodes to and from a folder: inputs and truth apart, every file hashed, readable without hsbench.
+
+    episode.json          sensor, times, how frames are stored
+    inputs/               poses.parquet, activity_maps.npz, frames/ (imported images)
+    recording/            pictures of a static camera as background and patches (generated, open splits)
+    truth/                scene.json + scene.npz, poses.parquet + match.parquet, events.parquet,
+                          occupancy.json + occupancy.npz, objects.parquet, affordance.npz
+    manifest.json         sha256 of every file above
+
+docs/schema.md lists every column and array.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from hsbench.errors import DataError, SchemaError
+from hsbench.io.arrays import load_npz, write_npz
+from hsbench.io.atomic import atomic_folder, write_json
+from hsbench.io.checksums import manifest
+from hsbench.io.frame_store import Film, ImageFrames, Recording, RecordingFrames, RecordingTruth, write_images, write_recording
+from hsbench.io.images import depth_to_mm
+from hsbench.schema import SCHEMA_VERSION, codec
+from hsbench.schema.categories import CATEGORIES
+from hsbench.schema.episode import Episode, EpisodeTruth, FrameList, Frames, FramesTruth
+from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
+from hsbench.typing import UInt8Array
+
+DESCRIPTOR_KEYS = ("schema_version", "episode_id", "dataset", "t0_ns", "end_ns", "sensor", "frames", "depth_noise")
+INSTANCE_IDS = 65536  # uint16
+
+T = TypeVar("T")
+
+
+def write_episode(folder: Path, episode: Episode) -> None:
+    """Write an episode as a new folder, whole or not at all. Raises DataError if the folder exists."""
+    with atomic_folder(folder) as unit:
+        for part in ("inputs", "truth"):
+            (unit / part).mkdir()
+        write_json(unit / "episode.json", _describe(episode))
+        _write_inputs(unit, episode)
+        if episode.truth is not None:
+            _write_truth(unit / "truth", episode.truth)
+        write_json(unit / "manifest.json", manifest(unit))
+
+
+def _describe(episode: Episode) -> dict[str, Any]:
+    frames = episode.frames
+    film = isinstance(frames, Film | RecordingFrames)
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "episode_id": episode.episode_id,
+        "dataset": episode.dataset,
+        "t0_ns": episode.t0_ns,
+        "end_ns": episode.end_ns,
+        "sensor": codec.sensor_to_json(episode.sensor),
+        "frames": "recording" if film else "images" if len(frames) else "none",
+        "depth_noise": {"preset": frames.noise_preset, "seed": frames.noise_seed}
+        if isinstance(frames, Film | RecordingFrames) and frames.has_depth
+        else None,
+    }
+
+
+def _write_inputs(unit: Path, episode: Episode) -> None:
+    if episode.poses is not None:
+        write_parquet(unit / "inputs" / "poses.parquet", codec.poses_to_table(episode.poses))
+    if episode.activity_maps is not None:
+        write_npz(unit / "inputs" / "activity_maps.npz", **codec.activity_maps_to_arrays(episode.activity_maps))
+    frames = episode.frames
+    if isinstance(frames, Film):
+        (unit / "recording").mkdir()
+        write_recording(unit / "recording", frames.background, (frames.patch(i) for i in range(len(frames))))
+    elif isinstance(frames, RecordingFrames):
+        raise DataError(f"episode {episode.episode_id} is a recording on disk already; copy its folder instead")
+    elif len(frames):
+        (unit / "inputs" / "frames").mkdir()
+        images = (frames[i] for i in range(len(frames)))
+        write_images(
+            unit / "inputs" / "frames",
+            ((f.timestamp_ns, f.rgb, None if f.depth_m is None else depth_to_mm(f.depth_m)) for f in images),
+        )
+
+
+def _write_truth(folder: Path, truth: EpisodeTruth) -> None:
+    if truth.scene is not None:
+        description, geometry = codec.scene_to_plain(truth.scene)
+        write_json(folder / "scene.json", description)
+        write_npz(folder / "scene.npz", **geometry)
+        if truth.objects is not None:
+            write_parquet(folder / "objects.parquet", codec.objects_to_table(truth.objects, truth.scene))
+    if truth.poses is not None:
+        poses, match = codec.true_poses_to_tables(truth.poses)
+        write_parquet(folder / "poses.parquet", poses)
+        write_parquet(folder / "match.parquet", match)
+    if truth.events is not None:
+        write_parquet(folder / "events.parquet", codec.events_to_table(truth.events))
+    if truth.occupancy is not None:
+        write_json(folder / "occupancy.json", codec.grid_to_json(truth.occupancy.grid))
+        write_npz(folder / "occupancy.npz", **codec.occupancy_to_arrays(truth.occupancy))
+    if truth.affordance is not None:
+        write_npz(folder / "affordance.npz", **codec.affordance_to_arrays(truth.affordance))
+
+
+def read_episode(
+    folder: Path, *, truth: bool = False, frames: bool = True, depth_noise: str | None = None
+) -> Episode:
+    """An episode from its folder; tables are read, frames decoded when indexed.
+
+    truth: also hand out everything under ``truth``. frames: False leaves pictures out (the ``poses`` track).
+    depth_noise: a preset in place of the recorded one. Raises DataError for missing or damaged files,
+    SchemaError for values that do not fit.
+    """
+    descriptor = read_json(folder / "episode.json")
+    try:
+        codec.exact_keys(descriptor, "episode", DESCRIPTOR_KEYS)
+        if descriptor["schema_version"] != SCHEMA_VERSION:
+            raise SchemaError(f"schema_version is {descriptor['schema_version']!r}; expected {SCHEMA_VERSION!r}")
+        poses = _optional(folder / "inputs" / "poses.parquet", lambda p: codec.poses_from_table(read_parquet(p)))
+        maps = _optional(
+            folder / "inputs" / "activity_maps.npz", lambda p: codec.activity_maps_from_arrays(load_npz(p))
+        )
+        noise = descriptor["depth_noise"]
+        if noise is not None and depth_noise is not None:
+            noise = {**noise, "preset": depth_noise}
+        return Episode(
+            descriptor["episode_id"],
+            descriptor["dataset"],
+            codec.sensor_from_json(descriptor["sensor"]),
+            _read_frames(folder, descriptor, noise) if frames else FrameList(),
+            poses,
+            descriptor["t0_ns"],
+            descriptor["end_ns"],
+            maps,
+            _read_truth(folder, descriptor["frames"] == "recording") if truth else None,
+        )
+    except SchemaError as error:
+        raise SchemaError(f"{folder}: {error}") from error
+    except (KeyError, TypeError) as error:
+        raise DataError(f"{folder}: {type(error).__name__} on {error}; expected an episode of schema {SCHEMA_VERSION}") from error
+
+
+def _read_frames(folder: Path, descriptor: dict[str, Any], noise: dict[str, Any] | None) -> Frames:
+    kind = descriptor["frames"]
+    if kind == "recording":
+        recording = Recording(folder / "recording")
+        seed, preset = (noise["seed"], noise["preset"]) if noise is not None else (0, "none")
+        return RecordingFrames(recording, descriptor["episode_id"], seed, preset, noise is not None)
+    if kind == "images":
+        return ImageFrames(folder / "inputs" / "frames")
+    if kind == "none":
+        return FrameList()
+    raise SchemaError(f"frames is {kind!r}; expected recording, images or none")
+
+
+def _read_truth(folder: Path, recorded: bool) -> EpisodeTruth:
+    root = folder / "truth"
+    scene = _optional(
+        root / "scene.json", lambda p: codec.scene_from_plain(read_json(p), load_npz(p.with_suffix(".npz")))
+    )
+    frames: FramesTruth | None = None
+    if recorded and scene is not None:
+        frames = RecordingTruth(Recording(folder / "recording"), category_of_instance(scene))
+    return EpisodeTruth(
+        scene=scene,
+        poses=_optional(
+            root / "poses.parquet",
+            lambda p: codec.true_poses_from_tables(read_parquet(p), read_parquet(root / "match.parquet")),
+        ),
+        events=_optional(root / "events.parquet", lambda p: codec.events_from_table(read_parquet(p))),
+        occupancy=_optional(
+            root / "occupancy.json",
+            lambda p: codec.occupancy_from_arrays(load_npz(p.with_suffix(".npz")), codec.grid_from_json(read_json(p))),
+        ),
+        objects=_optional(root / "objects.parquet", lambda p: codec.objects_from_table(read_parquet(p))),
+        affordance=_optional(root / "affordance.npz", lambda p: codec.affordance_from_arrays(load_npz(p))),
+        frames=frames,
+    )
+
+
+def category_of_instance(scene: Scene) -> UInt8Array:
+    """(65536,) uint8: category id of every instance id; people get the id after the last category."""
+    table = np.zeros(INSTANCE_IDS, dtype=np.uint8)
+    for item in scene.objects:
+        table[item.object_id] = item.category.category_id
+    table[PERSON_ID_OFFSET + 1 :] = len(CATEGORIES) + 1
+    return table
+
+
+def _optional(path: Path, read: Callable[[Path], T]) -> T | None:
+    return read(path) if path.exists() else None
+
+
+def read_json(path: Path) -> Any:
+    """A JSON file. Raises DataError where it is missing or not JSON."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise DataError(f"{path} is missing (is this an hsbench folder?)") from None
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise DataError(f"{path} is no readable JSON: {error}") from error
+
+
+def read_parquet(path: Path) -> pa.Table:
+    """A Parquet file. Raises DataError where it is missing or damaged."""
+    try:
+        return pq.read_table(path)
+    except (OSError, pa.ArrowException) as error:
+        raise DataError(f"{path} cannot be read: {str(error).splitlines()[0]}") from error
+
+
+def write_parquet(path: Path, table: pa.Table) -> None:
+    """Write a table, compressed, with the same bytes for the same values."""
+    pq.write_table(table, path, compression="zstd", use_dictionary=False)

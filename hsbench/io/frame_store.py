@@ -1,0 +1,274 @@
+"""Pictures of a static camera: one background and, per frame, the pixels that differ. Lossless, random access.
+
+``recording/`` of an episode holds
+
+- ``background_rgb.png``, ``background_depth.png`` (uint16 mm), ``background_instance.png`` (uint16 ids)
+- ``patches.parquet``: a row a frame, a row group a row: frame, timestamp_ns, row, column, height, width of the
+  patch, ``mask`` (row-major bits, little bit order), and of the masked pixels in row-major order ``rgb``
+  (3 bytes each), ``depth_mm`` and ``instance`` (little-endian uint16)
+
+A recording is clean signal: depth noise is added on reading. It is for open splits only (TASKS, Inputs).
+Imported footage is stored as ordinary images instead (``ImageFrames``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from hsbench.errors import DataError
+from hsbench.io.depth_noise import add_noise, noise_rng, preset
+from hsbench.io.images import depth_from_mm, read_rgb, read_uint16, write_png
+from hsbench.schema.episode import Frame, FrameTruth
+from hsbench.typing import AnyArray, BoolArray, IntArray, UInt8Array, UInt16Array
+
+PATCH_SCHEMA = pa.schema(
+    [
+        ("frame", pa.int32()),
+        ("timestamp_ns", pa.int64()),
+        ("row", pa.int32()),
+        ("column", pa.int32()),
+        ("height", pa.int32()),
+        ("width", pa.int32()),
+        ("mask", pa.binary()),
+        ("rgb", pa.binary()),
+        ("depth_mm", pa.binary()),
+        ("instance", pa.binary()),
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """One clean image: rgb (h, w, 3) uint8, depth_mm (h, w) uint16, instance (h, w) uint16."""
+
+    rgb: UInt8Array
+    depth_mm: UInt16Array
+    instance: UInt16Array
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """What differs from the background at one time: the picture of a window at (row, column), where ``mask`` (h, w) is true."""
+
+    timestamp_ns: int
+    row: int
+    column: int
+    mask: BoolArray
+    picture: Picture
+
+
+def write_recording(folder: Path, background: Picture, patches: Iterable[Patch]) -> None:
+    """Write a recording into an existing folder, patch by patch."""
+    write_png(folder / "background_rgb.png", background.rgb)
+    write_png(folder / "background_depth.png", background.depth_mm)
+    write_png(folder / "background_instance.png", background.instance)
+    with pq.ParquetWriter(folder / "patches.parquet", PATCH_SCHEMA, compression="zstd", use_dictionary=False) as writer:
+        for frame, patch in enumerate(patches):
+            writer.write_batch(pa.RecordBatch.from_pylist([_row(frame, patch)], schema=PATCH_SCHEMA))
+
+
+def _row(frame: int, patch: Patch) -> dict[str, Any]:
+    mask, picture = patch.mask, patch.picture
+    return {
+        "frame": frame,
+        "timestamp_ns": patch.timestamp_ns,
+        "row": patch.row,
+        "column": patch.column,
+        "height": mask.shape[0],
+        "width": mask.shape[1],
+        "mask": np.packbits(mask, bitorder="little").tobytes(),
+        "rgb": picture.rgb[mask].tobytes(),
+        "depth_mm": picture.depth_mm[mask].astype("<u2").tobytes(),
+        "instance": picture.instance[mask].astype("<u2").tobytes(),
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """A recording in the making: frames of an episode that is being generated, rendered when asked for.
+
+    patch: index -> Patch of the frame. Other fields as RecordingFrames.
+    """
+
+    background: Picture
+    timestamps_ns: IntArray
+    patch: Callable[[int], Patch]
+    episode_id: str
+    noise_seed: int
+    noise_preset: str
+    has_depth: bool = True
+
+    def __len__(self) -> int:
+        return len(self.timestamps_ns)
+
+    def picture(self, index: int) -> Picture:
+        """The clean picture of a frame."""
+        patch = self.patch(range(len(self))[index])
+        picture = Picture(self.background.rgb.copy(), self.background.depth_mm.copy(), self.background.instance.copy())
+        window = _window(patch)
+        picture.rgb[window][patch.mask] = patch.picture.rgb[patch.mask]
+        picture.depth_mm[window][patch.mask] = patch.picture.depth_mm[patch.mask]
+        picture.instance[window][patch.mask] = patch.picture.instance[patch.mask]
+        return picture
+
+    def __getitem__(self, index: int) -> Frame:
+        index = range(len(self))[index]
+        return _input_frame(self, self.picture(index), index)
+
+
+def _window(patch: Patch) -> tuple[slice, slice]:
+    height, width = patch.mask.shape
+    return slice(patch.row, patch.row + height), slice(patch.column, patch.column + width)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A recording on disk, opened on first use; safe to send to other processes."""
+
+    folder: Path
+
+    @cached_property
+    def background(self) -> Picture:
+        """The picture without people, at t0."""
+        return Picture(
+            read_rgb(self.folder / "background_rgb.png"),
+            read_uint16(self.folder / "background_depth.png"),
+            read_uint16(self.folder / "background_instance.png"),
+        )
+
+    @cached_property
+    def timestamps_ns(self) -> IntArray:
+        """(n,) int64 time stamps of the frames."""
+        column = self._patches.read(columns=["timestamp_ns"])["timestamp_ns"].combine_chunks()
+        return np.array(column.to_numpy(zero_copy_only=False), dtype=np.int64)
+
+    @cached_property
+    def _patches(self) -> pq.ParquetFile:
+        path = self.folder / "patches.parquet"
+        try:
+            patches = pq.ParquetFile(path)
+        except (OSError, pa.ArrowException) as error:
+            raise DataError(f"{path} cannot be read: {str(error).splitlines()[0]}") from error
+        if not patches.schema_arrow.equals(PATCH_SCHEMA):
+            raise DataError(f"{path} has columns {patches.schema_arrow.names}; expected {PATCH_SCHEMA.names}")
+        return patches
+
+    def picture(self, frame: int) -> Picture:
+        """The clean picture of a frame. Raises IndexError beyond the last, DataError where the patch is damaged."""
+        frame = range(len(self.timestamps_ns))[frame]
+        row = {name: values[0] for name, values in self._patches.read_row_group(frame).to_pydict().items()}
+        back = self.background
+        picture = Picture(back.rgb.copy(), back.depth_mm.copy(), back.instance.copy())
+        height, width = row["height"], row["width"]
+        bits = np.frombuffer(row["mask"], dtype=np.uint8)
+        try:
+            mask = np.unpackbits(bits, count=height * width, bitorder="little").astype(bool).reshape(height, width)
+            window = (slice(row["row"], row["row"] + height), slice(row["column"], row["column"] + width))
+            picture.rgb[window][mask] = np.frombuffer(row["rgb"], dtype=np.uint8).reshape(-1, 3)
+            picture.depth_mm[window][mask] = np.frombuffer(row["depth_mm"], dtype="<u2")
+            picture.instance[window][mask] = np.frombuffer(row["instance"], dtype="<u2")
+        except (ValueError, IndexError) as error:
+            raise DataError(f"{self.folder / 'patches.parquet'} frame {frame} does not fit its mask ({error})") from error
+        return picture
+
+    def __reduce__(self) -> tuple[type[Recording], tuple[Path]]:
+        return type(self), (self.folder,)
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingFrames:
+    """A recording as input: rgb, and depth with seeded noise (or none at all for a camera without depth)."""
+
+    recording: Recording
+    episode_id: str
+    noise_seed: int
+    noise_preset: str
+    has_depth: bool = True
+
+    @property
+    def timestamps_ns(self) -> IntArray:
+        """(n,) int64 time stamps."""
+        return self.recording.timestamps_ns
+
+    def __len__(self) -> int:
+        return len(self.timestamps_ns)
+
+    def __getitem__(self, index: int) -> Frame:
+        index = range(len(self))[index]
+        return _input_frame(self, self.recording.picture(index), index)
+
+
+def _input_frame(frames: Film | RecordingFrames, picture: Picture, index: int) -> Frame:
+    """What the sensor gives of a clean picture."""
+    depth_m = None
+    if frames.has_depth:
+        rng = noise_rng(frames.noise_seed, frames.episode_id, index)
+        depth_m = add_noise(depth_from_mm(picture.depth_mm), preset(frames.noise_preset), rng)
+    return Frame(int(frames.timestamps_ns[index]), picture.rgb, depth_m)
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingTruth:
+    """A recording as truth: clean depth, instance ids, and categories looked up by ``category_of`` (65536,) uint8."""
+
+    recording: Recording
+    category_of: AnyArray
+
+    def __len__(self) -> int:
+        return len(self.recording.timestamps_ns)
+
+    def __getitem__(self, index: int) -> FrameTruth:
+        index = range(len(self))[index]
+        picture = self.recording.picture(index)
+        return FrameTruth(
+            int(self.recording.timestamps_ns[index]),
+            depth_from_mm(picture.depth_mm),
+            picture.instance,
+            self.category_of[picture.instance],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ImageFrames:
+    """Imported footage: ``frames.parquet`` (frame, timestamp_ns) beside ``000000_rgb.png`` and/or ``000000_depth.png`` (mm)."""
+
+    folder: Path
+
+    @cached_property
+    def timestamps_ns(self) -> IntArray:
+        """(n,) int64 time stamps."""
+        table = pq.read_table(self.folder / "frames.parquet", columns=["timestamp_ns"])
+        return np.array(table["timestamp_ns"].to_numpy(), dtype=np.int64)
+
+    def __len__(self) -> int:
+        return len(self.timestamps_ns)
+
+    def __getitem__(self, index: int) -> Frame:
+        index = range(len(self))[index]
+        rgb, depth = (self.folder / f"{index:06d}_{kind}.png" for kind in ("rgb", "depth"))
+        return Frame(
+            int(self.timestamps_ns[index]),
+            read_rgb(rgb) if rgb.exists() else None,
+            depth_from_mm(read_uint16(depth)) if depth.exists() else None,
+        )
+
+
+def write_images(folder: Path, frames: Iterable[tuple[int, UInt8Array | None, UInt16Array | None]]) -> None:
+    """Write (timestamp_ns, rgb or None, depth_mm or None) frames as ordinary images into an existing folder."""
+    stamps = []
+    for index, (timestamp_ns, rgb, depth_mm) in enumerate(frames):
+        stamps.append(timestamp_ns)
+        if rgb is not None:
+            write_png(folder / f"{index:06d}_rgb.png", rgb)
+        if depth_mm is not None:
+            write_png(folder / f"{index:06d}_depth.png", depth_mm)
+    table = pa.table({"frame": pa.array(np.arange(len(stamps), dtype=np.int32)), "timestamp_ns": pa.array(stamps, pa.int64())})
+    pq.write_table(table, folder / "frames.parquet")

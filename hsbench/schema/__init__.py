@@ -1,0 +1,49 @@
+"""The common schema: what an episode of any sensor is, whether generated or captured.
+
+Frozen dataclasses that cannot be built wrong, and their plain forms (``codec``). Files are the business of ``hsbench.io``.
+"""
+
+from hsbench.schema.categories import CATEGORIES, STRUCTURE, Category, category
+from hsbench.schema.episode import ActivityMaps, Episode, EpisodeTruth, Frame, Frames, FramesTruth, FrameTruth
+from hsbench.schema.events import EventTable
+from hsbench.schema.occupancy import AffordanceTruth, ObjectTruth, OccupancyTruth
+from hsbench.schema.poses import JointState, PoseTable, TruePoseTable
+from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.sensor import Sensor
+from hsbench.schema.skeletons import KINECT_V2, SKELETONS, Skeleton
+from hsbench.schema.states import Action, Evidence, Visibility, VoxelState
+
+SCHEMA_VERSION = "0.1"
+
+__all__ = [
+    "CATEGORIES",
+    "KINECT_V2",
+    "SCHEMA_VERSION",
+    "SKELETONS",
+    "STRUCTURE",
+    "Action",
+    "ActivityMaps",
+    "AffordanceTruth",
+    "Category",
+    "Episode",
+    "EpisodeTruth",
+    "EventTable",
+    "Evidence",
+    "Frame",
+    "FrameTruth",
+    "Frames",
+    "FramesTruth",
+    "JointState",
+    "ObjectTruth",
+    "OccupancyTruth",
+    "Part",
+    "PoseTable",
+    "Scene",
+    "SceneObject",
+    "Sensor",
+    "Skeleton",
+    "TruePoseTable",
+    "Visibility",
+    "VoxelState",
+    "category",
+]

@@ -1,0 +1,27 @@
+"""Rendering: meshes, a camera and lights in; RGB, depth and ids out. The scene description knows no renderer.
+
+``open_renderer("auto")`` gives the OpenGL back end where EGL starts and the ray caster elsewhere.
+"""
+
+from hsbench.synth.render.base import (
+    DirectionalLight,
+    Lighting,
+    Mesh,
+    PointLight,
+    Renderer,
+    View,
+    Window,
+)
+from hsbench.synth.render.opening import open_renderer, probe
+
+__all__ = [
+    "DirectionalLight",
+    "Lighting",
+    "Mesh",
+    "PointLight",
+    "Renderer",
+    "View",
+    "Window",
+    "open_renderer",
+    "probe",
+]
