@@ -144,7 +144,10 @@ def _check_directory(file: BinaryIO, limits: ArchiveLimits) -> None:
     if at < 0 or len(tail) - at < _END.size:
         file.seek(0)
         start = file.read(4)
-        raise DataError("truncated zip archive (its directory, at the end, is gone)" if start == b"PK\3\4" else "not a zip archive")
+        truncated = start == b"PK\3\4"
+        raise DataError(
+            "truncated zip archive: its directory, at the end, is gone" if truncated else "not a zip archive"
+        )
     _, _, _, _, entries, directory_bytes, _, _ = _END.unpack_from(tail, at)
     locator = at - _END64_LOCATOR.size
     end64 = locator - _END64.size

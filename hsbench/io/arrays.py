@@ -22,6 +22,15 @@ from hsbench.io.archives import ArchiveLimits, member_faults, open_zip, read_mem
 from hsbench.io.atomic import write_bytes
 from hsbench.typing import AnyArray
 
+MAX_ARRAYS = 256
+"""Arrays in one file."""
+
+MAX_OPEN_BYTES = 16 << 20
+"""Bytes of an array one of whose lengths is open."""
+
+MAX_LOAD_BYTES = 4 << 30
+"""Decompressed bytes of a file of our own."""
+
 _MAX_HEADER_BYTES = 4096
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest date a zip can hold
 
@@ -38,10 +47,17 @@ class ArraySpec:
         if np.dtype(self.dtype).hasobject:
             raise SchemaError(f"array spec has dtype {self.dtype}; expected plain numbers, never objects")
 
+    @property
+    def max_bytes(self) -> int:
+        """Bytes of the largest array that fits, ``MAX_OPEN_BYTES`` where a length is open."""
+        if None in self.shape:
+            return MAX_OPEN_BYTES
+        return math.prod(side or 0 for side in self.shape) * np.dtype(self.dtype).itemsize
+
     def fault(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> str | None:
         """Why an array of this shape and dtype does not fit, in one line, or None."""
-        if dtype.hasobject:
-            return f"object array would need pickle, which can run code; expected {self.dtype}"
+        if pickle := _pickle_fault(dtype):
+            return f"{pickle}; expected {self.dtype}"
         if dtype != np.dtype(self.dtype):
             return f"dtype is {dtype}; expected {self.dtype}"
         if len(shape) != len(self.shape) or any(w not in (None, g) for w, g in zip(self.shape, shape, strict=True)):
@@ -62,12 +78,27 @@ def read_npz(source: str | Path | bytes, specs: Mapping[str, ArraySpec], max_byt
     return arrays
 
 
+def load_npz(path: str | Path) -> dict[str, AnyArray]:
+    """Every array of a file of our own, whatever its names and shapes; still nothing is unpickled.
+
+    For what strangers send, use ``read_npz``. Raises DataError with every fault, naming the file and the array.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            arrays, faults = _collect(file, None, MAX_LOAD_BYTES)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read: {error.strerror or error}") from error
+    if faults:
+        raise DataError("\n".join(f"{path}: {fault}" for fault in faults))
+    return arrays
+
+
 def collect_npz(
     source: str | Path | bytes, specs: Mapping[str, ArraySpec], max_bytes: int
 ) -> tuple[dict[str, AnyArray], list[str]]:
     """As ``read_npz``, but returns the sound arrays and the list of faults instead of raising."""
     try:
-        with io.BytesIO(source) if isinstance(source, bytes) else open(source, "rb") as file:
+        with io.BytesIO(source) if isinstance(source, bytes) else Path(source).open("rb") as file:
             return _collect(file, specs, max_bytes)
     except OSError as error:
         return {}, [f"cannot be read: {error.strerror or error}"]
@@ -96,8 +127,10 @@ def write_npz(path: str | Path, **arrays: AnyArray) -> None:
     write_bytes(path, npz_bytes(arrays))
 
 
-def _collect(file: BinaryIO, specs: Mapping[str, ArraySpec], max_bytes: int) -> tuple[dict[str, AnyArray], list[str]]:
-    limits = ArchiveLimits(files=len(specs) + 64, file_bytes=max_bytes, total_bytes=max_bytes)
+def _collect(
+    file: BinaryIO, specs: Mapping[str, ArraySpec] | None, max_bytes: int
+) -> tuple[dict[str, AnyArray], list[str]]:
+    limits = ArchiveLimits(files=MAX_ARRAYS, file_bytes=max_bytes, total_bytes=max_bytes)
     try:
         archive = open_zip(file, limits)
     except DataError as error:
@@ -109,7 +142,7 @@ def _collect(file: BinaryIO, specs: Mapping[str, ArraySpec], max_bytes: int) -> 
             return {}, faults
         arrays: dict[str, AnyArray] = {}
         by_name = {info.filename: info for info in infos}
-        for name, spec in specs.items():
+        for name, spec in ({_stem(i): None for i in by_name} if specs is None else specs).items():
             info = by_name.pop(f"{name}.npy", None)
             if info is None:
                 faults.append(f"array {name!r} is missing; found {_names(infos)}")
@@ -118,11 +151,11 @@ def _collect(file: BinaryIO, specs: Mapping[str, ArraySpec], max_bytes: int) -> 
                 arrays[name] = _read_array(archive, info, spec)
             except DataError as error:
                 faults.append(f"array {name!r}: {error}")
-        faults.extend(f"unexpected array {_stem(name)!r}; expected only {', '.join(specs)}" for name in by_name)
+        faults.extend(f"unexpected array {_stem(name)!r}; expected only {', '.join(specs or ())}" for name in by_name)
     return arrays, faults
 
 
-def _read_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo, spec: ArraySpec) -> AnyArray:
+def _read_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo, spec: ArraySpec | None) -> AnyArray:
     data = io.BytesIO(_peek(archive, info))
     try:
         version = np.lib.format.read_magic(data)
@@ -132,7 +165,7 @@ def _read_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo, spec: ArraySpec
         shape, fortran_order, dtype = read(data, max_header_size=_MAX_HEADER_BYTES)
     except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError) as error:
         raise DataError(f"header cannot be read ({str(error).splitlines()[0]}); expected an npy array") from error
-    fault = spec.fault(shape, dtype)
+    fault = _pickle_fault(dtype) if spec is None else spec.fault(shape, dtype)
     if fault:
         raise DataError(fault)
     expected = data.tell() + math.prod(shape) * dtype.itemsize
@@ -141,10 +174,14 @@ def _read_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo, spec: ArraySpec
     content = read_member(archive, info)
     flat = np.frombuffer(content, dtype=dtype, offset=data.tell())
     array = np.array(flat.reshape(shape, order="F" if fortran_order else "C"), order="C")
-    if spec.finite and dtype.kind in "fc" and not np.isfinite(array).all():
+    if spec is not None and spec.finite and dtype.kind in "fc" and not np.isfinite(array).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise DataError(f"holds {array[at]} at {at}; expected finite values only")
     return array
+
+
+def _pickle_fault(dtype: np.dtype[Any]) -> str | None:
+    return "object array would need pickle, which can run code" if dtype.hasobject else None
 
 
 def _peek(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:

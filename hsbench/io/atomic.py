@@ -29,7 +29,7 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
         yield temporary
         try:
             _sync(temporary)
-            os.replace(temporary, target)
+            temporary.replace(target)
         except OSError as error:
             raise _cannot_write(target, error) from error
     except BaseException:
@@ -126,14 +126,14 @@ def _sibling(target: Path) -> Path:
 
 def _move_into_place(temporary: Path, target: Path) -> None:
     if not os.path.lexists(target):
-        os.rename(temporary, target)
+        temporary.rename(target)
         return
     aside = _sibling(target)
-    os.rename(target, aside)
+    target.rename(aside)
     try:
-        os.rename(temporary, target)
+        temporary.rename(target)
     except BaseException:
-        os.rename(aside, target)
+        aside.rename(target)
         raise
     if aside.is_dir() and not aside.is_symlink():
         shutil.rmtree(aside)
@@ -162,8 +162,9 @@ def _sync_folder(path: Path) -> None:
 def _sync_tree(folder: Path) -> None:
     for root, _, files in os.walk(folder):
         for name in files:
-            if not os.path.islink(os.path.join(root, name)):
-                _sync(Path(root, name))
+            file = Path(root, name)
+            if not file.is_symlink():
+                _sync(file)
         _sync_folder(Path(root))
 
 

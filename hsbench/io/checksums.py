@@ -13,7 +13,7 @@ from hsbench.errors import DataError
 def sha256_file(path: str | Path) -> str:
     """Lower-case hex sha256 of a file's bytes. Raises DataError where it cannot be read."""
     try:
-        with open(path, "rb") as file:
+        with Path(path).open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise DataError(f"cannot read {path}: {error.strerror or error}") from error

@@ -5,6 +5,7 @@
     recording/            pictures of a static camera as background and patches (generated, open splits)
     truth/                scene.json + scene.npz, poses.parquet + match.parquet, events.parquet,
                           occupancy.json + occupancy.npz, objects.parquet, affordance.npz
+    index.json            the episode's row of its data set's index: scene, split, counts
     manifest.json         sha256 of every file above
 
 docs/schema.md lists every column and array.
@@ -39,8 +40,11 @@ INSTANCE_IDS = 65536  # uint16
 T = TypeVar("T")
 
 
-def write_episode(folder: Path, episode: Episode) -> None:
-    """Write an episode as a new folder, whole or not at all. Raises DataError if the folder exists."""
+def write_episode(folder: Path, episode: Episode, scene_id: str, split: str, renderer: str | None = None) -> None:
+    """Write an episode as a new folder, whole or not at all, with its row of the index.
+
+    Raises DataError if the folder exists.
+    """
     with atomic_folder(folder) as unit:
         for part in ("inputs", "truth"):
             (unit / part).mkdir()
@@ -48,6 +52,16 @@ def write_episode(folder: Path, episode: Episode) -> None:
         _write_inputs(unit, episode)
         if episode.truth is not None:
             _write_truth(unit / "truth", episode.truth)
+        row = {
+            "episode_id": episode.episode_id,
+            "scene_id": scene_id,
+            "split": split,
+            "duration_s": episode.duration_s,
+            "n_frames": len(episode.frames),
+            "n_poses": 0 if episode.poses is None else len(episode.poses),
+            "renderer": renderer,
+        }
+        write_json(unit / "index.json", row)
         write_json(unit / "manifest.json", manifest(unit))
 
 

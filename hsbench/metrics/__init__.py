@@ -1,0 +1,1 @@
+"""Scores as pure functions of arrays, one module per subject; each module's docstring is its specification."""

@@ -67,9 +67,9 @@ def test_bones_are_human_and_stable(name: str) -> None:
         assert tracked.mean() > 0.5
         length = np.linalg.norm(recording.joints_kinect_m[:, a] - recording.joints_kinect_m[:, b], axis=1)[tracked]
         assert low < np.median(length) < high
-        # A forearm that points at the sensor hides its elbow, so a few frames may be far off.
-        quarter, three_quarters = np.percentile(length, [25, 75])
-        assert three_quarters - quarter < 0.12 * np.median(length)
+        # The sensor fits no fixed skeleton: a limb that points at it is a fifth too short or too long.
+        assert np.mean(np.abs(length / np.median(length) - 1.0) < 0.2) > 0.8
+        assert np.median(np.abs(np.diff(length))) < 0.006
 
 
 @pytest.mark.parametrize("name", [*STANDING, NEAR])

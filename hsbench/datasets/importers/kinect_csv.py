@@ -171,7 +171,7 @@ def _parse_line(where: str, line: str) -> tuple[int, FloatArray]:
 
 def _read_text(path: str | Path) -> str:
     try:
-        with open(path, "rb") as file:
+        with Path(path).open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror}") from error

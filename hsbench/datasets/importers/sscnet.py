@@ -20,9 +20,8 @@ view are 0 within the room. ``ELEVEN_OF_36`` maps to the eleven benchmark classe
 Down-sampling (``downSample.m``, factor 4 gives the benchmark's 60 x 36 x 60 voxels of 0.08 m), per block:
 - more than 95 % of its voxels are 0 or 255: the more frequent of these two, 0 on a tie;
 - else the most frequent label of 1-36, the smallest on a tie; 0 and 255 do not vote.
-The evaluation down-samples the 36 classes and maps the result to eleven. Python ports used by later work
-(waterljwant/SSC, LMSCNet, MonoScene) give 255 on a tie of 0 and 255, which drops voxels along the room's
-boundary from the evaluation: 1,961 of 129,600 in frame NYU0001.
+The evaluation down-samples the 36 classes, then maps to eleven. Python ports of later work (waterljwant/SSC, LMSCNet,
+MonoScene) give 255 on a tie of 0 and 255, which takes voxels along the room's boundary out of the evaluation.
 """
 
 from __future__ import annotations
@@ -120,8 +119,7 @@ def read_depth_png(path: str | Path) -> Float32Array:
         kind = f"{bits}-bit {'grey' if colour == 0 else 'colour or alpha'}"
         raise DataError(f"{path}: {kind} PNG; expected 16-bit grey (a colour image, or depth scaled for viewing?)")
     pixels: AnyArray | None = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    # OpenCV returns what it could decode of a truncated image; the end chunk shows that all of it is there.
-    if pixels is None or pixels.shape != (height, width) or pixels.dtype != np.uint16 or b"IEND" not in data[-16:]:
+    if pixels is None or pixels.shape != (height, width) or pixels.dtype != np.uint16:
         raise DataError(f"{path}: damaged PNG; expected {height} x {width} 16-bit pixels (an incomplete copy?)")
     depth_m: Float32Array = ((pixels >> 3) | (pixels << 13)).astype(np.float32) / np.float32(1000.0)
     beyond, measured = int((depth_m > MAX_DEPTH_M).sum()), int((depth_m > 0).sum())
@@ -241,7 +239,7 @@ def _rigid_pose(path: str | Path, matrix: FloatArray) -> FloatArray:
 
 def _read_bytes(path: str | Path, limit: int) -> bytes:
     try:
-        with open(path, "rb") as file:
+        with Path(path).open("rb") as file:
             data = file.read(limit + 1)
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror}") from error

@@ -9,7 +9,7 @@ A pixel that sees nothing has depth 0, id 0 and black RGB.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -55,7 +55,7 @@ class Mesh:
                 f"mesh {self.mesh_id} has {len(self.colours)} colours for {len(self.triangles)} triangles; "
                 "expected one each (are these per vertex?)"
             )
-        if self.triangles.size and not (0 <= self.triangles.min() and self.triangles.max() < len(self.vertices)):
+        if self.triangles.size and not (self.triangles.min() >= 0 and self.triangles.max() < len(self.vertices)):
             raise SchemaError(
                 f"mesh {self.mesh_id} has vertex indices {self.triangles.min()}..{self.triangles.max()}; "
                 f"expected 0..{len(self.vertices) - 1}"
@@ -105,7 +105,7 @@ class Lighting:
 
     ambient: float
     points: tuple[PointLight, ...] = ()
-    directionals: tuple[DirectionalLight, ...] = field(default=())
+    directionals: tuple[DirectionalLight, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("points", "directionals"):

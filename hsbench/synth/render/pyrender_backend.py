@@ -154,7 +154,10 @@ class _Uploaded:
 
 
 class PyrenderRenderer:
-    """Renderer through OpenGL. Make it with ``open_pyrender``: there is one per process, for life."""
+    """Renderer through OpenGL. Make it with ``open_pyrender``: there is one per process, for life.
+
+    Use it from the thread that opened it; a forked child cannot (HsbenchError): start workers by 'spawn'.
+    """
 
     name = "pyrender"
 
@@ -271,7 +274,7 @@ class PyrenderRenderer:
 
 @functools.cache
 def open_pyrender() -> PyrenderRenderer:
-    """This process's GL renderer. Raises HsbenchError, one line, where EGL or OpenGL does not start.
+    """The GL renderer of this process. Raises HsbenchError, one line, where EGL or OpenGL does not start.
 
     The one piece of process-wide state: collecting a pyrender platform ends EGL for the whole process, so the object
     is made once and held by this cache until the process ends.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
@@ -29,7 +30,7 @@ def encode_runs(labels_xyz: AnyArray) -> list[tuple[int, int]]:
     """Runs of a volume in file order (x slowest, then height, then y)."""
     flat = labels_xyz.transpose(0, 2, 1).ravel()
     starts = np.concatenate([[0], np.flatnonzero(flat[1:] != flat[:-1]) + 1, [len(flat)]])
-    return [(int(flat[a]), int(b - a)) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    return [(int(flat[a]), int(b - a)) for a, b in pairwise(starts)]
 
 
 def write_bin(
@@ -97,7 +98,7 @@ def test_other_pngs_are_refused(tmp_path: Path, pixels: AnyArray, found: str) ->
     assert found in one_line(error, path)
 
 
-@pytest.mark.parametrize("kept", [0, 7, 20, 40, 0.5, 0.99])
+@pytest.mark.parametrize("kept", [0, 7, 20, 40, 0.5, 0.99, -12])
 def test_truncated_png(tmp_path: Path, kept: float) -> None:
     path = write_png(tmp_path / "depth.png", np.random.default_rng(0).integers(500, 8000, (40, 50)))
     data = path.read_bytes()
@@ -170,8 +171,8 @@ boxes = st.tuples(
 def test_volume_round_trip(tmp_path: Path, painted: list[AnyArray], yaw: float, tilt: float) -> None:
     labels = empty_labels()
     labels[0, 0, 0] = 5  # never uniform: that case has a test of its own
-    for (x, y, z), (l, w, h), label in painted:
-        labels[x : x + l, y : y + w, max(z, 1) : z + h] = label
+    for (x, y, z), (length, w, h), label in painted:
+        labels[x : x + length, y : y + w, max(z, 1) : z + h] = label
     pose = transforms.planar(0.5, -2.0, yaw) @ world_T_camera(1.4, tilt)
     volume = sscnet.read_volume(write_bin(tmp_path / "v.bin", encode_runs(labels), pose))
     assert np.array_equal(volume.labels, labels)
@@ -356,8 +357,8 @@ def test_downsampling_against_the_rule_block_by_block(data: st.DataObject, facto
 )
 def test_downsampling_of_one_block(counts: dict[int, int], expected: int) -> None:
     block = np.repeat(list(counts), list(counts.values())).astype(np.uint8)
-    block = np.random.default_rng(0).permutation(block).reshape(4, 4, 4)
-    assert sscnet.downsample_labels(block).tolist() == [[[expected]]]
+    shuffled = np.random.default_rng(0).permutation(block).reshape(4, 4, 4)
+    assert sscnet.downsample_labels(shuffled).tolist() == [[[expected]]]
 
 
 def test_downsampling_needs_a_multiple() -> None:

@@ -1,0 +1,38 @@
+"""Recipe ``rgbd-activity``: one furnished room, a person who explores it and lives in it, one static RGB-D camera.
+
+The README beside this file is the data sheet; ``config.toml`` holds every setting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from hsbench.schema import Episode
+from hsbench.synth.activities import LifeConfig, live
+from hsbench.synth.assemble import RgbdConfig, rgbd_episode
+from hsbench.synth.config import settings
+from hsbench.synth.people.observe import PosePreset
+from hsbench.synth.placement import CameraConfig, place_rgbd
+from hsbench.synth.recipes import Unit
+from hsbench.synth.rooms import RoomConfig, build_scene
+
+
+def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
+    """The one episode of a unit."""
+    families = config["styles"]["novel" if unit.split == "test-novel" else "common"]
+    room = settings(RoomConfig, config["room"], "room")
+    scene = build_scene(unit.scene_id, unit.seeds.child("room"), room, tuple(families))
+    life = live(scene, unit.seeds.child("life"), settings(LifeConfig, config["life"], "life"))
+    camera = settings(CameraConfig, config["camera"], "camera")
+    scene_T_episode, sensor = place_rgbd(scene, camera, unit.seeds.rng("rgbd-camera"))
+    yield rgbd_episode(
+        unit,
+        "rgbd-activity",
+        scene,
+        life,
+        scene_T_episode,
+        sensor,
+        settings(PosePreset, config["poses"], "poses"),
+        settings(RgbdConfig, config["recording"], "recording"),
+    )

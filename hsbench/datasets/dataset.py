@@ -1,0 +1,121 @@
+"""Data sets on disk as sequences of episodes. Inputs only, unless truth is asked for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, overload
+
+from hsbench.errors import DataError
+from hsbench.io.checksums import sha256_file
+from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, MANIFEST_FILE, read_index
+from hsbench.io.episodes import read_episode, read_json
+from hsbench.schema.episode import Episode
+
+DATA_VARIABLE = "HSBENCH_DATA"
+
+
+@dataclass(frozen=True)
+class Dataset(Sequence[Episode]):
+    """Episodes of a folder, read when indexed. Build one with ``load``.
+
+    root: the folder. rows: the chosen rows of its index, in order. truth, until_s, frames, depth_noise: how an
+    episode is read (see ``load``).
+    """
+
+    root: Path
+    rows: tuple[dict[str, Any], ...]
+    truth: bool = False
+    until_s: float | None = None
+    frames: bool = True
+    depth_noise: str | None = None
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @overload
+    def __getitem__(self, index: int) -> Episode: ...
+    @overload
+    def __getitem__(self, index: slice) -> Dataset: ...
+    def __getitem__(self, index: int | slice) -> Episode | Dataset:
+        """An episode, or with a slice a smaller data set."""
+        if isinstance(index, slice):
+            return replace(self, rows=self.rows[index])
+        return self._read(self.rows[index])
+
+    def __iter__(self) -> Iterator[Episode]:
+        return (self._read(row) for row in self.rows)
+
+    def episode(self, episode_id: str) -> Episode:
+        """The episode of an id. Raises DataError if this selection has none."""
+        for row in self.rows:
+            if row["episode_id"] == episode_id:
+                return self._read(row)
+        raise DataError(f"{self.root} has no episode {episode_id!r} in this selection of {len(self)}")
+
+    @property
+    def episode_ids(self) -> tuple[str, ...]:
+        """Ids of the episodes, in order."""
+        return tuple(row["episode_id"] for row in self.rows)
+
+    @property
+    def scene_ids(self) -> tuple[str, ...]:
+        """Scene of each episode, in order: what intervals resample."""
+        return tuple(row["scene_id"] for row in self.rows)
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """``dataset.json``: name, seed, versions, licence, category table."""
+        return dict(read_json(self.root / DATASET_FILE))
+
+    @property
+    def name(self) -> str:
+        """The data set's name."""
+        return str(self.description["name"])
+
+    @property
+    def manifest_sha256(self) -> str:
+        """The hash that stands for every byte of the data set."""
+        return sha256_file(self.root / MANIFEST_FILE)
+
+    def _read(self, row: dict[str, Any]) -> Episode:
+        folder = self.root / EPISODES_FOLDER / row["episode_id"]
+        episode = read_episode(folder, truth=self.truth, frames=self.frames, depth_noise=self.depth_noise)
+        return episode if self.until_s is None else episode.until(self.until_s)
+
+
+def load(
+    name_or_path: str | Path,
+    split: str | None = None,
+    *,
+    truth: bool = False,
+    until_s: float | None = None,
+    frames: bool = True,
+    depth_noise: str | None = None,
+) -> Dataset:
+    """A data set by the path of its folder, or by name inside the folder that ``$HSBENCH_DATA`` names.
+
+    split: only its episodes. truth: hand out truth too. until_s: inputs as after so many seconds of watching.
+    frames: False leaves pictures out. depth_noise: a preset in place of the recorded one (``none`` is an oracle).
+    Raises DataError if there is no such data set, or the split has no episode in it.
+    """
+    root = _find(name_or_path)
+    rows = read_index(root)
+    if split is not None:
+        known = sorted({row["split"] for row in rows})
+        rows = [row for row in rows if row["split"] == split]
+        if not rows:
+            raise DataError(f"{root} has no episode of split {split!r}; found {', '.join(known) or 'none'}")
+    return Dataset(root, tuple(rows), truth, until_s, frames, depth_noise)
+
+
+def _find(name_or_path: str | Path) -> Path:
+    path = Path(name_or_path)
+    if path.is_dir():
+        return path
+    home = os.environ.get(DATA_VARIABLE)
+    if home and path.name == str(name_or_path) and (Path(home) / path).is_dir():
+        return Path(home) / path
+    raise DataError(f"{name_or_path} is no folder (generate it first, or name a data set under ${DATA_VARIABLE})")

@@ -1,0 +1,84 @@
+"""A data set's folder: ``dataset.json``, ``episodes/<id>/``, and the index and manifest made from the units.
+
+``episodes.parquet`` has a row an episode: episode_id, scene_id, split, duration_s, n_frames, n_poses, renderer.
+``manifest.json`` has the sha256 of ``dataset.json``, of the index, and of each unit's own manifest.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from hsbench.errors import DataError
+from hsbench.io.atomic import atomic_file, write_json
+from hsbench.io.checksums import sha256_file, verify
+from hsbench.io.episodes import read_json, read_parquet, write_parquet
+from hsbench.schema.codec import require_columns
+
+DATASET_FILE = "dataset.json"
+EPISODES_FOLDER = "episodes"
+INDEX_FILE = "episodes.parquet"
+MANIFEST_FILE = "manifest.json"
+
+INDEX_SCHEMA = pa.schema(
+    [
+        ("episode_id", pa.string()),
+        ("scene_id", pa.string()),
+        ("split", pa.string()),
+        ("duration_s", pa.float64()),
+        ("n_frames", pa.int64()),
+        ("n_poses", pa.int64()),
+        ("renderer", pa.string()),
+    ]
+)
+
+
+def unit_folders(root: Path) -> list[Path]:
+    """The finished units of a data set, by name; temporary folders (leading dot) are left out."""
+    folder = root / EPISODES_FOLDER
+    if not folder.is_dir():
+        raise DataError(f"{root} has no folder {EPISODES_FOLDER}/ (is this a data set?)")
+    return sorted(p for p in folder.iterdir() if p.is_dir() and not p.name.startswith("."))
+
+
+def write_index(root: Path) -> None:
+    """Write ``episodes.parquet`` and ``manifest.json`` from the units that are there."""
+    units = unit_folders(root)
+    rows = [read_json(unit / "index.json") for unit in units]
+    with atomic_file(root / INDEX_FILE) as temporary:
+        write_parquet(temporary, pa.Table.from_pylist(rows, schema=INDEX_SCHEMA))
+    hashes = {name: sha256_file(root / name) for name in (DATASET_FILE, INDEX_FILE)}
+    hashes |= {f"{EPISODES_FOLDER}/{unit.name}/{MANIFEST_FILE}": sha256_file(unit / MANIFEST_FILE) for unit in units}
+    write_json(root / MANIFEST_FILE, hashes)
+
+
+def read_index(root: Path) -> list[dict[str, Any]]:
+    """The rows of the index. Raises DataError where it is missing, damaged or lacks a column."""
+    path = root / INDEX_FILE
+    if not path.exists():
+        hint = "is this a data set?" if not (root / DATASET_FILE).exists() else "was its generation stopped? run it again"
+        raise DataError(f"{path} is missing ({hint})")
+    table = read_parquet(path)
+    require_columns(table, str(path), tuple(INDEX_SCHEMA.names))
+    return list(table.to_pylist())
+
+
+def verify_files(root: Path) -> list[str]:
+    """Every fault of a data set's files against its manifests: missing, changed, or not listed."""
+    listed = read_json(root / MANIFEST_FILE)
+    faults = []
+    for name in listed:
+        path = root / name
+        if not path.is_file():
+            faults.append(f"{name} is missing")
+        elif sha256_file(path) != listed[name]:
+            faults.append(f"{name} has changed since the data set was made")
+    for unit in unit_folders(root):
+        relative = f"{EPISODES_FOLDER}/{unit.name}"
+        if f"{relative}/{MANIFEST_FILE}" not in listed:
+            faults.append(f"{relative} is not in {MANIFEST_FILE} (was it added by hand?)")
+        elif (unit / MANIFEST_FILE).is_file():
+            faults += [f"{relative}/{fault}" for fault in verify(unit, read_json(unit / MANIFEST_FILE))]
+    return faults

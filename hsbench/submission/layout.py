@@ -1,0 +1,61 @@
+"""What a submission looks like on disk, and the little it needs to know of a task.
+
+A folder or a zip of it::
+
+    submission.json
+    predictions/<episode_id>.npz            the answer after the whole observation
+    predictions/<episode_id>@<seconds>s.npz the answer after the first seconds (optional, one per observation time)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from hsbench.io.arrays import ArraySpec
+from hsbench.typing import AnyArray
+
+METADATA_FILE = "submission.json"
+PREDICTIONS_FOLDER = "predictions"
+
+
+@dataclass(frozen=True)
+class PredictionFormat:
+    """The file of one prediction: its suffix, its arrays by name, and the two ways between them and the plain object.
+
+    encode: what a method returns for one episode -> the arrays of the file; raises SchemaError where it does not fit.
+    decode: the inverse.
+    """
+
+    suffix: str
+    arrays: Mapping[str, ArraySpec]
+    encode: Callable[[Any], dict[str, AnyArray]] = field(compare=False)
+    decode: Callable[[Mapping[str, AnyArray]], Any] = field(compare=False)
+
+    @property
+    def max_bytes(self) -> int:
+        """Decompressed bytes a file may have: its arrays where their shapes are fixed, and their headers."""
+        return 65536 + sum(spec.max_bytes for spec in self.arrays.values())
+
+
+class SubmittedTask(Protocol):
+    """A task as submissions see it; ``hsbench.tasks.TaskSpec`` is one."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def version(self) -> str: ...
+    @property
+    def tracks(self) -> tuple[str, ...]: ...
+    @property
+    def prediction(self) -> PredictionFormat: ...
+    @property
+    def observation_times_s(self) -> tuple[float, ...]: ...
+
+
+def prediction_file(task: SubmittedTask, episode_id: str, until_s: float | None = None) -> str:
+    """Relative posix path of a prediction; the last observation time is the whole observation."""
+    last = task.observation_times_s[-1] if task.observation_times_s else None
+    moment = "" if until_s is None or until_s == last else f"@{until_s:g}s"
+    return f"{PREDICTIONS_FOLDER}/{episode_id}{moment}{task.prediction.suffix}"

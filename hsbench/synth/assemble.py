@@ -1,0 +1,147 @@
+"""A filmed life as an episode: everything moved into the episode frame, observed, and its truth computed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.grids import VoxelGrid
+from hsbench.geometry.numerics import quantise_angle, quantise_m
+from hsbench.geometry.transforms import apply, invert, planar
+from hsbench.io.frame_store import Film
+from hsbench.schema.episode import NS_PER_S, Episode, EpisodeTruth, FrameList
+from hsbench.schema.occupancy import OccupancyTruth
+from hsbench.schema.poses import PoseTable, TruePoseTable
+from hsbench.schema.scene import Scene, SceneObject
+from hsbench.schema.sensor import Sensor
+from hsbench.synth.activities import Life
+from hsbench.synth.film import Filming, room_lighting
+from hsbench.synth.people.body import capsules
+from hsbench.synth.people.observe import PosePreset, observe
+from hsbench.synth.recipes import Unit
+from hsbench.truth.evidence import first_swept
+from hsbench.truth.objects import object_truth
+from hsbench.truth.occupancy import solid_occupancy
+from hsbench.truth.sight import ray_image, true_states
+from hsbench.typing import Float32Array, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class RgbdConfig:
+    """What an RGB-D episode records. frame_rate_hz: pictures a second; grid_*: the truth grid in the episode frame.
+
+    The grid's defaults are those of task scene-completion (TASKS): 128 x 128 x 48 voxels of .05 m.
+    """
+
+    frame_rate_hz: float = 2.0
+    depth_noise: str = "kinect"
+    grid_origin_m: tuple[float, float, float] = (0.0, -3.2, 0.0)
+    grid_shape: tuple[int, int, int] = (128, 128, 48)
+    voxel_m: float = 0.05
+
+    @property
+    def grid(self) -> VoxelGrid:
+        """The truth grid."""
+        return VoxelGrid(self.grid_origin_m, self.grid_shape, self.voxel_m)
+
+
+def rgbd_episode(
+    unit: Unit,
+    dataset: str,
+    scene: Scene,
+    life: Life,
+    scene_T_episode: FloatArray,
+    sensor: Sensor,
+    preset: PosePreset,
+    config: RgbdConfig,
+) -> Episode:
+    """The episode of an RGB-D camera in a scene (given in its own frame) where a life goes on."""
+    episode_T_scene = invert(scene_T_episode)
+    scene = scene_in(episode_T_scene, scene)
+    true = poses_in(episode_T_scene, life.poses)
+    seeds = unit.seeds.child(dataset)
+    solids = [solid for item in scene.objects for solid in item.solids]
+    observed, match = observe(true, life.bodies, solids, sensor, preset, seeds.child("observe"))
+    end_ns = int(true.timestamp_ns[-1]) if len(true) else 0
+
+    assert isinstance(sensor.camera, PinholeCamera)
+    image = ray_image(scene, sensor.camera, sensor.world_T_camera)
+    semantic, instance = solid_occupancy(scene, config.grid)
+    occupancy = OccupancyTruth(
+        config.grid,
+        semantic,
+        instance,
+        true_states(scene, config.grid, sensor.camera, sensor.world_T_camera, image),
+        np.zeros(config.grid.shape, dtype=bool),  # nothing moves for more than half of an episode
+        _swept(life, true, config.grid),
+    )
+    truth = EpisodeTruth(
+        scene=scene,
+        poses=TruePoseTable(true, life.action, match),
+        events=life.events,
+        occupancy=occupancy,
+        objects=object_truth(scene, image, occupancy, life.events),
+    )
+    episode_id = f"{dataset}-{unit.number:06d}"
+    frames = FrameList()
+    if unit.frames != "none":
+        noise_seed = int(seeds.rng("depth-noise").integers(2**62))
+        stamps = _frame_times(end_ns if unit.frames == "all" else 0, config.frame_rate_hz)
+        filming = Filming(scene, life.bodies, true, sensor, unit.renderer, room_lighting(scene))
+        frames = _film(filming, stamps, episode_id, noise_seed, config.depth_noise)  # type: ignore[assignment]
+    return Episode(episode_id, dataset, sensor, frames, observed, 0, end_ns, truth=truth)
+
+
+def scene_in(episode_T_scene: FloatArray, scene: Scene) -> Scene:
+    """The scene in the episode frame, its poses quantised again so that they are the same bytes on every machine."""
+    moved = scene.moved(episode_T_scene)
+    objects = tuple(
+        SceneObject(o.object_id, o.category_name, _quantised(o.scene_T_object), o.parts, o.movable) for o in moved.objects
+    )
+    return Scene(moved.scene_id, moved.room_type, quantise_m(moved.room_xy), moved.height_m, objects, moved.style)
+
+
+def _quantised(pose: FloatArray) -> FloatArray:
+    """An upright pose with its position rounded to .1 mm and its yaw to .01 degree."""
+    yaw = quantise_angle(math.atan2(pose[1, 0], pose[0, 0]))
+    x, y, z = quantise_m(pose[:3, 3])
+    return planar(float(x), float(y), yaw, float(z))
+
+
+def poses_in(episode_T_scene: FloatArray, poses: PoseTable) -> PoseTable:
+    """3D poses in the episode frame, quantised to .1 mm."""
+    assert poses.joints_m is not None
+    joints = quantise_m(apply(episode_T_scene, poses.joints_m.astype(np.float64))).astype(np.float32)
+    return PoseTable(poses.skeleton, poses.timestamp_ns, poses.track_id, poses.joint_state, joints)
+
+
+def _swept(life: Life, poses: PoseTable, grid: VoxelGrid) -> Float32Array:
+    """(nx, ny, nz) seconds at which any body first entered a voxel, +inf = never."""
+    assert poses.joints_m is not None
+    swept = np.full(grid.shape, np.inf, dtype=np.float32)
+    for person, body in enumerate(life.bodies, start=1):
+        rows = poses.track_id == person
+        ends, radii = capsules(body, poses.joints_m[rows].astype(np.float64))
+        np.minimum(swept, first_swept(ends, radii, poses.timestamp_ns[rows] / NS_PER_S, grid), out=swept)
+    return swept
+
+
+def _frame_times(end_ns: int, rate_hz: float) -> IntArray:
+    """(n,) int64: t0 and then every 1 / rate, up to the end."""
+    period_ns = round(NS_PER_S / rate_hz)
+    return np.arange(0, end_ns + 1, period_ns, dtype=np.int64)
+
+
+def _film(filming: Filming, stamps: IntArray, episode_id: str, noise_seed: int, noise_preset: str) -> Film:
+    background = filming.background()
+    return Film(
+        background,
+        stamps,
+        lambda index: filming.patch(background, int(stamps[index])),
+        episode_id,
+        noise_seed,
+        noise_preset,
+    )

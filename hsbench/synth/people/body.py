@@ -1,0 +1,218 @@
+"""A simulated person's body: segment lengths, colours, and the tapered capsules that stand for flesh and clothes.
+
+Segment lengths are shares of stature after Drillis & Contini (1966) as printed in Winter, Biomechanics and Motor
+Control of Human Movement, fig. 4.1. Winter's shoulder and hip breadths reach to the outer contour; a joint lies one
+limb radius inside it. Joints are the Kinect v2 SDK's 25, in the order of ``hsbench.schema.KINECT_V2``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hsbench.errors import SchemaError
+from hsbench.geometry.numerics import quantise_m
+from hsbench.schema.skeletons import KINECT_V2
+from hsbench.typing import FloatArray
+
+Colour = tuple[int, int, int]
+
+STATURE_RANGE_M = (1.55, 1.90)
+
+# Shares of stature, Winter fig. 4.1 (heights above the floor, then segment lengths).
+ANKLE_HEIGHT = 0.039
+HIP_HEIGHT = 0.530
+SHOULDER_HEIGHT = 0.818
+CHIN_HEIGHT = 0.870
+UPPER_ARM = 0.186
+FOREARM = 0.146
+HAND = 0.108
+THIGH = 0.245
+SHANK = 0.246
+FOOT = 0.152
+SHOULDER_BREADTH = 0.259
+HIP_BREADTH = 0.191
+
+# Where Kinect v2 puts joints that Winter does not have, as shares of stature (SDK documentation, JointType figure).
+SPINE_MID_HEIGHT = 0.680
+SPINE_SHOULDER_HEIGHT = 0.815
+NECK_HEIGHT = 0.855
+HEAD_HEIGHT = 0.935
+PALM = 0.050  # wrist to the middle of the hand
+THUMB = (0.035, 0.022)  # from the wrist along the hand and across it
+BALL_FORWARD = 0.085  # ankle to the ball of the foot
+BALL_HEIGHT = 0.016
+HEEL_BACK = 0.028
+TOE_FORWARD = 0.030  # from the ball on
+
+# Radii as shares of stature (limb girths of adults, NASA-STD-3000 vol. I sec. 3, clothed).
+RADIUS_HEAD = 0.052
+RADIUS_NECK = 0.033
+RADIUS_CHEST = (0.060, 0.056)
+RADIUS_BELLY = (0.060, 0.058)
+RADIUS_SHOULDER = 0.031
+RADIUS_UPPER_ARM = (0.028, 0.024)
+RADIUS_FOREARM = (0.024, 0.018)
+RADIUS_HAND = (0.018, 0.011)
+RADIUS_THIGH = (0.046, 0.034)
+RADIUS_SHANK = (0.033, 0.024)
+RADIUS_SHOE = (0.020, 0.016)
+HEAD_HALF_AXIS = 0.018
+CHEST_OFFSET = 0.046  # the two chest capsules lie so far left and right of the spine
+BELLY_OFFSET = 0.040
+
+# sRGB palettes.
+SKINS: tuple[Colour, ...] = ((245, 214, 190), (229, 188, 156), (205, 158, 122), (160, 112, 80), (112, 74, 52))
+HAIRS: tuple[Colour, ...] = ((28, 24, 22), (62, 42, 30), (112, 78, 48), (186, 150, 96), (132, 130, 128))
+SHIRTS: tuple[Colour, ...] = (
+    (178, 44, 48), (42, 84, 150), (54, 120, 76), (222, 214, 200), (226, 164, 52), (110, 72, 130), (70, 76, 84),
+)  # fmt: skip
+TROUSERS: tuple[Colour, ...] = ((42, 52, 78), (64, 64, 68), (120, 104, 80), (32, 34, 40), (86, 96, 72))
+SHOES: tuple[Colour, ...] = ((30, 28, 28), (88, 58, 38), (214, 212, 208), (120, 36, 36))
+
+J = {name: index for index, name in enumerate(KINECT_V2.names)}
+"""Joint index by name."""
+
+SIDES = ("left", "right")
+
+
+@dataclass(frozen=True)
+class Body:
+    """A person: stature in metres, girth (factor on all radii), and sRGB colours of skin and clothes."""
+
+    stature_m: float
+    girth: float = 1.0
+    skin: Colour = SKINS[1]
+    hair: Colour = HAIRS[1]
+    shirt: Colour = SHIRTS[0]
+    trousers: Colour = TROUSERS[0]
+    shoes: Colour = SHOES[0]
+
+    GIRTH_RANGE = (0.92, 1.10)
+
+    def __post_init__(self) -> None:
+        low, high = STATURE_RANGE_M
+        if not low <= self.stature_m <= high:
+            raise SchemaError(f"body.stature_m is {self.stature_m}; expected {low}..{high} m (is it in centimetres?)")
+        if not 0.5 <= self.girth <= 2.0:
+            raise SchemaError(f"body.girth is {self.girth}; expected a factor of 0.5..2")
+
+    @classmethod
+    def sample(cls, rng: np.random.Generator) -> Body:
+        """A person drawn at random."""
+        stature_m = float(quantise_m(rng.uniform(*STATURE_RANGE_M)))
+        girth = float(quantise_m(rng.uniform(*cls.GIRTH_RANGE)))
+        palettes = (SKINS, HAIRS, SHIRTS, TROUSERS, SHOES)
+        return cls(stature_m, girth, *(palette[int(rng.integers(len(palette)))] for palette in palettes))
+
+    def of_stature(self, share: float) -> float:
+        """A share of stature in metres."""
+        return share * self.stature_m
+
+    def radius(self, share: float) -> float:
+        """A capsule radius in metres from its share of stature."""
+        return share * self.stature_m * self.girth
+
+    @property
+    def shoulder_half_m(self) -> float:
+        """Spine to shoulder joint, sideways."""
+        return self.of_stature(SHOULDER_BREADTH / 2 - RADIUS_UPPER_ARM[0])
+
+    @property
+    def hip_half_m(self) -> float:
+        """Spine to hip joint, sideways."""
+        return self.of_stature(HIP_BREADTH / 2 - RADIUS_THIGH[0])
+
+    @property
+    def leg_m(self) -> float:
+        """Hip to ankle of a straight leg."""
+        return self.of_stature(THIGH + SHANK)
+
+    @property
+    def arm_m(self) -> float:
+        """Shoulder to finger tip of a straight arm."""
+        return self.of_stature(UPPER_ARM + FOREARM + HAND)
+
+
+def capsules(body: Body, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(T, 25, 3) joints -> ((T, C, 2, 3) ends, (C, 2) radii): the body's tapered capsules, in the joints' frame.
+
+    The torso is two pairs side by side, so that it is wider than deep.
+    """
+    joints = np.asarray(joints, dtype=np.float64)
+    across_chest = unit(joints[:, J["shoulder_right"]] - joints[:, J["shoulder_left"]])
+    across_hips = unit(joints[:, J["hip_right"]] - joints[:, J["hip_left"]])
+    base, mid, top = (joints[:, J[n]] for n in ("spine_base", "spine_mid", "spine_shoulder"))
+    neck, head = joints[:, J["neck"]], joints[:, J["head"]]
+    up = unit(head - neck)
+    crown = up * body.of_stature(HEAD_HALF_AXIS)
+    chest_top = top - unit(top - mid) * body.radius(RADIUS_CHEST[1] / 2)
+    rows: list[tuple[FloatArray, FloatArray, float, float]] = [
+        (head - crown, head + crown, RADIUS_HEAD, RADIUS_HEAD),
+        (top, neck, RADIUS_NECK, RADIUS_NECK),
+    ]
+    for sign, side in ((-1.0, "left"), (1.0, "right")):
+        chest = sign * across_chest * body.of_stature(CHEST_OFFSET)
+        belly = sign * across_chest * body.of_stature(BELLY_OFFSET)
+        seat = sign * across_hips * body.of_stature(BELLY_OFFSET)
+        shoulder, elbow, wrist, tip, hip, knee, ankle = (
+            joints[:, J[f"{n}_{side}"]] for n in ("shoulder", "elbow", "wrist", "hand_tip", "hip", "knee", "ankle")
+        )
+        heel, toe = shoe_axis(body, knee, ankle, joints[:, J[f"foot_{side}"]])
+        rows += [
+            (mid + belly, chest_top + chest, *RADIUS_CHEST),
+            (base + seat, mid + belly, *RADIUS_BELLY),
+            (top, shoulder, RADIUS_NECK, RADIUS_SHOULDER),
+            (shoulder, elbow, *RADIUS_UPPER_ARM),
+            (elbow, wrist, *RADIUS_FOREARM),
+            (wrist, tip, *RADIUS_HAND),
+            (hip, knee, *RADIUS_THIGH),
+            (knee, ankle, *RADIUS_SHANK),
+            (heel, toe, *RADIUS_SHOE),
+        ]
+    ends = np.stack([np.stack([a, b], axis=1) for a, b, _, _ in rows], axis=1)
+    radii = np.array([[body.radius(a), body.radius(b)] for _, _, a, b in rows])
+    return ends, radii
+
+
+CAPSULE_JOINTS: tuple[tuple[str, ...], ...] = (
+    ("head", "neck"),
+    ("neck", "spine_shoulder"),
+    *(
+        joints
+        for side in SIDES
+        for joints in (
+            ("spine_mid", "spine_shoulder"),
+            ("spine_base", "spine_mid", f"hip_{side}"),
+            ("spine_shoulder", f"shoulder_{side}"),
+            (f"shoulder_{side}", f"elbow_{side}"),
+            (f"elbow_{side}", f"wrist_{side}"),
+            (f"wrist_{side}", f"hand_{side}", f"hand_tip_{side}", f"thumb_{side}"),
+            (f"hip_{side}", f"knee_{side}"),
+            (f"knee_{side}", f"ankle_{side}"),
+            (f"ankle_{side}", f"foot_{side}"),
+        )
+    ),
+)
+"""For each capsule, in the order of ``capsules``, the joints it belongs to: they are not hidden by it."""
+
+
+def shoe_axis(body: Body, knee: FloatArray, ankle: FloatArray, foot: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(..., 3) knee, ankle and foot joints -> (..., 3) heel and (..., 3) toe ends of the shoe's axis."""
+    bone = unit(foot - ankle)
+    side = unit(np.cross(ankle - knee, foot - ankle))
+    drop = np.arctan2(ANKLE_HEIGHT - BALL_HEIGHT, BALL_FORWARD)
+    forward = np.cos(drop) * bone + np.sin(drop) * np.cross(side, bone)
+    down = np.cos(drop) * np.cross(bone, side) + np.sin(drop) * bone
+    low = body.of_stature(ANKLE_HEIGHT) - body.radius(RADIUS_SHOE[0])
+    heel = ankle - forward * body.of_stature(HEEL_BACK) + down * low
+    toe = foot + forward * body.of_stature(TOE_FORWARD)
+    toe = toe - down * (body.radius(RADIUS_SHOE[1]) - body.of_stature(BALL_HEIGHT))
+    return heel, toe
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """(..., 3) vectors -> the same directions at unit length (zero stays zero)."""
+    length = np.sqrt(np.sum(vectors * vectors, axis=-1, keepdims=True))
+    return np.asarray(vectors / np.where(length > 0, length, 1.0))

@@ -1,0 +1,90 @@
+"""Recipes: a folder with ``<name>.py`` (``build(config, unit)``), ``config.toml`` and a data sheet, by name or path.
+
+A recipe is code and is run as such: use only recipes you trust.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from hsbench.errors import DataError
+from hsbench.io.resources import resource
+from hsbench.schema.episode import Episode
+from hsbench.synth.render import Renderer
+from hsbench.synth.seeds import Seeds
+
+FRAME_CHOICES = ("all", "reference", "none")
+
+
+@dataclass(frozen=True, eq=False)
+class Unit:
+    """One unit of generation: a scene number and everything its episodes follow from.
+
+    seeds: the node of (seed, scene number), the same for every recipe, so that one room can be filmed by several
+    sensors; frames: ``all``, ``reference`` (t0 only) or ``none``.
+    """
+
+    seeds: Seeds
+    number: int
+    split: str
+    frames: str
+    renderer: Renderer
+
+    @property
+    def scene_id(self) -> str:
+        """The scene's name in all data sets."""
+        return f"scene-{self.number:06d}"
+
+
+@dataclass(frozen=True, eq=False)
+class Recipe:
+    """A recipe on disk: its name, folder, settings, hash of its code and settings, and ``build``."""
+
+    name: str
+    folder: Path
+    config: Mapping[str, Any]
+    sha256: str
+    build: Callable[[Mapping[str, Any], Unit], Iterator[Episode]]
+
+
+@lru_cache(maxsize=8)
+def find_recipe(name_or_path: str) -> Recipe:
+    """A recipe by its name among the bundled ones, or by the path of its folder.
+
+    Raises DataError if there is none, or it lacks ``<name>.py``, ``config.toml`` or a function ``build``.
+    """
+    folder = Path(name_or_path)
+    if not folder.is_dir():
+        folder = resource("generators") / name_or_path
+    if not folder.is_dir():
+        known = sorted(p.name for p in resource("generators").iterdir() if p.is_dir())
+        raise DataError(f"recipe {name_or_path!r} is neither a folder nor one of {', '.join(known)}")
+    folder = folder.resolve()
+    name = folder.name
+    code, config = folder / f"{name}.py", folder / "config.toml"
+    for path in (code, config):
+        if not path.is_file():
+            raise DataError(f"recipe {name} has no {path.name} in {folder}")
+    digest = hashlib.sha256()
+    for path in (code, config):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    spec = importlib.util.spec_from_file_location(f"hsbench_recipe_{name.replace('-', '_')}", code)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    build = getattr(module, "build", None)
+    if not callable(build):
+        raise DataError(f"recipe {name}: {code.name} has no function build(config, unit)")
+    try:
+        table = tomllib.loads(config.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise DataError(f"{config} is no readable TOML: {error}") from error
+    return Recipe(name, folder, table, digest.hexdigest(), build)
