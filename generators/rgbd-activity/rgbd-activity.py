@@ -6,23 +6,26 @@ The README beside this file is the data sheet; ``config.toml`` holds every setti
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from hsbench.schema import Episode
 from hsbench.synth.activities import LifeConfig, live
 from hsbench.synth.assemble import RgbdConfig, rgbd_episode
 from hsbench.synth.config import settings
-from hsbench.synth.people.observe import PosePreset
+from hsbench.synth.furniture import COMMON_FAMILIES, NOVEL_FAMILIES
+from hsbench.synth.people import PosePreset
 from hsbench.synth.placement import CameraConfig, place_rgbd
 from hsbench.synth.recipes import Unit
-from hsbench.synth.rooms import RoomConfig, build_scene
+from hsbench.synth.rooms import COMMON_TEMPLATES, NOVEL_TEMPLATES, RoomConfig, build_scene
 
 
 def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
     """The one episode of a unit."""
-    families = config["styles"]["novel" if unit.split == "test-novel" else "common"]
+    novel = unit.split == "test-novel"
     room = settings(RoomConfig, config["room"], "room")
-    scene = build_scene(unit.scene_id, unit.seeds.child("room"), room, tuple(families))
+    room = replace(room, templates=tuple((name, 1.0) for name in (NOVEL_TEMPLATES if novel else COMMON_TEMPLATES)))
+    scene = build_scene(unit.scene_id, unit.seeds.child("room"), room, NOVEL_FAMILIES if novel else COMMON_FAMILIES)
     life = live(scene, unit.seeds.child("life"), settings(LifeConfig, config["life"], "life"))
     camera = settings(CameraConfig, config["camera"], "camera")
     scene_T_episode, sensor = place_rgbd(scene, camera, unit.seeds.rng("rgbd-camera"))

@@ -11,7 +11,8 @@ from typing import Any, overload
 from hsbench.errors import DataError
 from hsbench.io.checksums import sha256_file
 from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, MANIFEST_FILE, read_index
-from hsbench.io.episodes import read_episode, read_json
+from hsbench.io.episodes import read_episode
+from hsbench.io.strict_json import read_json
 from hsbench.schema.episode import Episode
 
 DATA_VARIABLE = "HSBENCH_DATA"

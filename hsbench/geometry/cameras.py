@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.transforms import cos_sin, rigid
+from hsbench.geometry.transforms import cos_sin, rigid, rotation_z
 from hsbench.typing import AnyArray, FloatArray
 
 
@@ -144,8 +144,9 @@ class TopDownCamera:
 Camera = PinholeCamera | EquirectangularCamera | TopDownCamera
 
 
-def world_T_camera(height_m: float, tilt_rad: float) -> FloatArray:
-    """(4, 4) pose of a camera in its episode frame: above the origin, heading +x, tilted down by ``tilt_rad``.
+def world_T_camera(height_m: float, tilt_rad: float, roll_rad: float = 0.0) -> FloatArray:
+    """(4, 4) pose of a camera in its episode frame: above the origin, heading +x, tilted down by ``tilt_rad``,
+    then turned by ``roll_rad`` about its forward axis (right-handed: the right side of the camera goes down).
 
     The episode frame has its origin on the floor below the camera, z up, x along the heading, y left.
     """
@@ -153,7 +154,7 @@ def world_T_camera(height_m: float, tilt_rad: float) -> FloatArray:
     right = [0.0, -1.0, 0.0]
     down = [-s, 0.0, -c]
     forward = [c, 0.0, -s]
-    return rigid(np.array([right, down, forward]).T, (0.0, 0.0, height_m))
+    return rigid(np.array([right, down, forward]).T @ rotation_z(roll_rad), (0.0, 0.0, height_m))
 
 
 def _check_size(width_px: int, height_px: int) -> None:

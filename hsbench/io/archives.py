@@ -11,7 +11,7 @@ import struct
 import unicodedata
 import zipfile
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -51,7 +51,7 @@ def open_zip(file: BinaryIO, limits: ArchiveLimits) -> zipfile.ZipFile:
     return archive
 
 
-def member_faults(infos: Iterable[zipfile.ZipInfo], limits: ArchiveLimits) -> list[str]:
+def member_faults(infos: Sequence[zipfile.ZipInfo], limits: ArchiveLimits) -> list[str]:
     """One line for each thing wrong with the members, judged from the directory alone."""
     faults: list[str] = []
     total = 0
@@ -62,7 +62,7 @@ def member_faults(infos: Iterable[zipfile.ZipInfo], limits: ArchiveLimits) -> li
         if not info.is_dir():
             names.append(name)
             total += info.file_size
-    if total > limits.total_bytes:
+    if total > limits.total_bytes and not any(info.file_size > limits.file_bytes for info in infos):
         faults.append(f"files declare {total} bytes together; the limit is {limits.total_bytes}")
     return faults + clash_faults(names)
 

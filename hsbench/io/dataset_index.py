@@ -14,7 +14,8 @@ import pyarrow as pa
 from hsbench.errors import DataError
 from hsbench.io.atomic import atomic_file, write_json
 from hsbench.io.checksums import sha256_file, verify
-from hsbench.io.episodes import read_json, read_parquet, write_parquet
+from hsbench.io.episodes import read_parquet, write_parquet
+from hsbench.io.strict_json import read_json
 from hsbench.schema.codec import require_columns
 
 DATASET_FILE = "dataset.json"

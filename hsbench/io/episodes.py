@@ -13,7 +13,6 @@ docs/schema.md lists every column and array.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -28,6 +27,7 @@ from hsbench.io.atomic import atomic_folder, write_json
 from hsbench.io.checksums import manifest
 from hsbench.io.frame_store import Film, ImageFrames, Recording, RecordingFrames, RecordingTruth, write_images, write_recording
 from hsbench.io.images import depth_to_mm
+from hsbench.io.strict_json import read_json
 from hsbench.schema import SCHEMA_VERSION, codec
 from hsbench.schema.categories import CATEGORIES
 from hsbench.schema.episode import Episode, EpisodeTruth, FrameList, Frames, FramesTruth
@@ -209,16 +209,6 @@ def category_of_instance(scene: Scene) -> UInt8Array:
 
 def _optional(path: Path, read: Callable[[Path], T]) -> T | None:
     return read(path) if path.exists() else None
-
-
-def read_json(path: Path) -> Any:
-    """A JSON file. Raises DataError where it is missing or not JSON."""
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise DataError(f"{path} is missing (is this an hsbench folder?)") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise DataError(f"{path} is no readable JSON: {error}") from error
 
 
 def read_parquet(path: Path) -> pa.Table:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hsbench.errors import DataError
-from hsbench.io.episodes import read_json
+from hsbench.io.strict_json import read_json
 from hsbench.io.resources import resource
 
 SPLITS = ("train", "val", "test-seen", "test-novel")

@@ -57,7 +57,7 @@ import numpy as np
 
 from hsbench.errors import SchemaError
 from hsbench.metrics import voxel_masks
-from hsbench.metrics.voxel_masks import Bits, Masks, pack
+from hsbench.metrics.voxel_masks import Bits, Masks, pack, unpack
 from hsbench.schema.categories import CATEGORIES, STRUCTURE
 from hsbench.schema.occupancy import OccupancyTruth
 from hsbench.schema.states import VoxelState
@@ -180,6 +180,13 @@ def episode_counts(truth: OccupancyTruth, prediction: BoolArray) -> dict[str, Co
     z_m = tuple(truth.grid.axis_centres(2).tolist())
     masks = Masks(truth.semantic, STRUCTURE, truth.state, truth.ignored, truth.swept_s, z_m)
     return {name: _count(masks.solid, predicted, masks.region(region)) for name, region in voxel_masks.REGIONS.items()}
+
+
+def primary_mask(truth: OccupancyTruth) -> BoolArray:
+    """(nx, ny, nz) bool: the voxels of region ``occluded``, for methods that are fitted to the primary metric."""
+    z_m = tuple(truth.grid.axis_centres(2).tolist())
+    masks = Masks(truth.semantic, STRUCTURE, truth.state, truth.ignored, None, z_m)
+    return unpack(masks.region(voxel_masks.REGIONS["occluded"]), truth.grid.shape)
 
 
 def precision(counts: AnyArray) -> FloatArray:

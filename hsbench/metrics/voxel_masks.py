@@ -108,3 +108,9 @@ def pack(mask: BoolArray) -> Bits:
     words = np.zeros(-(-packed.size // 8), dtype=np.uint64)
     words.view(np.uint8)[: packed.size] = packed
     return words
+
+
+def unpack(bits: Bits, shape: tuple[int, ...]) -> BoolArray:
+    """The inverse of ``pack`` for a mask of ``shape``."""
+    count = int(np.prod(shape))
+    return np.unpackbits(bits.view(np.uint8), count=count).astype(bool).reshape(shape)

@@ -46,19 +46,20 @@ def sensor_to_json(sensor: Sensor) -> JsonObject:
         "camera": {"model": model, **dataclasses.asdict(sensor.camera)},
         "height_m": sensor.height_m,
         "tilt_rad": sensor.tilt_rad,
+        "roll_rad": sensor.roll_rad,
     }
 
 
 def sensor_from_json(value: Mapping[str, Any]) -> Sensor:
     """The inverse of ``sensor_to_json``. Raises SchemaError for a missing, unknown or unfitting field."""
-    fields = exact_keys(value, "sensor", ("kind", "camera", "height_m", "tilt_rad"))
+    fields = exact_keys(value, "sensor", ("kind", "camera", "height_m", "tilt_rad", "roll_rad"))
     camera = dict(fields["camera"])
     model = camera.pop("model", None)
     if model not in _CAMERAS:
         raise SchemaError(f"sensor.camera.model is {model!r}; expected one of {', '.join(_CAMERAS)}")
     kind = _CAMERAS[model]
     exact_keys(camera, "sensor.camera", tuple(f.name for f in dataclasses.fields(kind)))
-    return Sensor(fields["kind"], kind(**camera), fields["height_m"], fields["tilt_rad"])
+    return Sensor(fields["kind"], kind(**camera), fields["height_m"], fields["tilt_rad"], fields["roll_rad"])
 
 
 def exact_keys(value: Mapping[str, Any], name: str, keys: tuple[str, ...]) -> Mapping[str, Any]:

@@ -30,6 +30,7 @@ class Sensor:
     camera: the matching camera model.
     height_m: metres above the floor; None where it is not given (360 episodes: it is truth).
     tilt_rad: downward tilt in radians, in [-pi/2, pi/2].
+    roll_rad: turn about the forward axis, in [-pi, pi]; 0 for generated sensors, real ones lean a little.
     Raises SchemaError if kind and camera do not fit, or a value is out of range.
     """
 
@@ -37,6 +38,7 @@ class Sensor:
     camera: Camera
     height_m: float | None
     tilt_rad: float = 0.0
+    roll_rad: float = 0.0
 
     def __post_init__(self) -> None:
         expected = CAMERA_OF_KIND.get(self.kind)
@@ -50,10 +52,12 @@ class Sensor:
             raise SchemaError(f"sensor.height_m is {self.height_m}; expected 0..100 m (is it in millimetres?)")
         if not (np.isfinite(self.tilt_rad) and abs(self.tilt_rad) <= np.pi / 2):
             raise SchemaError(f"sensor.tilt_rad is {self.tilt_rad}; expected -pi/2..pi/2 (is it in degrees?)")
+        if not (np.isfinite(self.roll_rad) and abs(self.roll_rad) <= np.pi):
+            raise SchemaError(f"sensor.roll_rad is {self.roll_rad}; expected -pi..pi (is it in degrees?)")
 
     @property
     def world_T_camera(self) -> FloatArray:
         """(4, 4) camera to episode frame. Raises SchemaError where the camera height is not given."""
         if self.height_m is None:
             raise SchemaError("sensor.height_m is not given, so metric episode coordinates of the camera are unknown")
-        return world_T_camera(self.height_m, self.tilt_rad)
+        return world_T_camera(self.height_m, self.tilt_rad, self.roll_rad)

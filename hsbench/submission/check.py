@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from pathlib import Path
 
 from hsbench.errors import DataError, SubmissionError
 from hsbench.io.arrays import collect_npz
-from hsbench.submission.layout import METADATA_FILE, SubmittedTask, prediction_file
+from hsbench.submission.layout import METADATA_FILE, PREDICTIONS_FOLDER, SubmittedTask, prediction_file
 from hsbench.submission.metadata import read_metadata
 from hsbench.submission.read import SubmissionFiles, open_submission
 
@@ -38,16 +37,16 @@ def check_or_raise(
 
 
 def _faults(files: SubmissionFiles, task: SubmittedTask, episode_ids: Sequence[str], allow_missing: bool) -> list[str]:
-    names = set(files.names)
+    names = frozenset(files.names)
+    known = frozenset(episode_ids)
     faults = list(files.faults) + _metadata_faults(files, task)
     moments: list[float | None] = [None, *task.observation_times_s[:-1]]
     expected = [prediction_file(task, episode_id, moment) for episode_id in episode_ids for moment in moments]
     if not allow_missing:
-        for episode_id in episode_ids:
-            if prediction_file(task, episode_id) not in names:
-                faults.append(f"{prediction_file(task, episode_id)}: missing")
+        complete = (prediction_file(task, episode_id) for episode_id in episode_ids)
+        faults.extend(f"{name}: missing" for name in complete if name not in names | files.refused)
     allowed = {METADATA_FILE, *expected}
-    faults.extend(_unexpected(name, allowed, task) for name in files.names if name not in allowed)
+    faults.extend(_unexpected(name, task, known) for name in files.names if name not in allowed)
     for name in expected:
         if name in names:
             faults.extend(_prediction_faults(files, name, task))
@@ -55,6 +54,8 @@ def _faults(files: SubmissionFiles, task: SubmittedTask, episode_ids: Sequence[s
 
 
 def _metadata_faults(files: SubmissionFiles, task: SubmittedTask) -> list[str]:
+    if METADATA_FILE in files.refused:
+        return []
     if METADATA_FILE not in files.names:
         inner = next((name for name in files.names if name.endswith("/" + METADATA_FILE)), None)
         hint = f" (found {inner!r}: pack what is in the folder, not the folder)" if inner else ""
@@ -66,16 +67,16 @@ def _metadata_faults(files: SubmissionFiles, task: SubmittedTask) -> list[str]:
     return read_metadata(data, task)[1]
 
 
-def _unexpected(name: str, allowed: set[str], task: SubmittedTask) -> str:
-    if "@" in name and not any(
-        name.endswith(f"@{t:g}s{task.prediction.suffix}") for t in task.observation_times_s[:-1]
-    ):
+def _unexpected(name: str, task: SubmittedTask, episode_ids: Container[str]) -> str:
+    stem = name.removeprefix(PREDICTIONS_FOLDER + "/").removesuffix(task.prediction.suffix)
+    if prediction_file(task, stem) != name:
+        hint = f"no part of a submission: {METADATA_FILE} and {prediction_file(task, '<episode_id>')}"
+    elif stem.partition("@")[0] in episode_ids:
         times = ", ".join(f"{t:g}" for t in task.observation_times_s[:-1])
-        hint = f" (times of their own: {times} s; the last time is the file without '@')"
+        hint = f"times apart are {times} s; the last time is the file without '@'"
     else:
-        near = difflib.get_close_matches(name, sorted(allowed)[:2000], n=1, cutoff=0.8)
-        hint = f" (meant for {near[0]}?)" if near else " (no episode of this split, or not part of a submission)"
-    return f"{name!r}: unexpected file{hint}"
+        hint = "no episode of this split"
+    return f"{name!r}: unexpected file ({hint})"
 
 
 def _prediction_faults(files: SubmissionFiles, name: str, task: SubmittedTask) -> list[str]:

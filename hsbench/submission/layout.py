@@ -43,19 +43,33 @@ class SubmittedTask(Protocol):
     """A task as submissions see it; ``hsbench.tasks.TaskSpec`` is one."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """As ``submission.json`` names it."""
+        ...
+
     @property
-    def version(self) -> str: ...
+    def version(self) -> str:
+        """As ``submission.json`` names it."""
+        ...
+
     @property
-    def tracks(self) -> tuple[str, ...]: ...
+    def tracks(self) -> tuple[str, ...]:
+        """What a submission may say it used."""
+        ...
+
     @property
-    def prediction(self) -> PredictionFormat: ...
+    def prediction(self) -> PredictionFormat:
+        """The file of one episode."""
+        ...
+
     @property
-    def observation_times_s(self) -> tuple[float, ...]: ...
+    def observation_times_s(self) -> tuple[float, ...]:
+        """Ascending seconds after t0 at which a prediction may be given; the last is the whole observation."""
+        ...
 
 
 def prediction_file(task: SubmittedTask, episode_id: str, until_s: float | None = None) -> str:
     """Relative posix path of a prediction; the last observation time is the whole observation."""
-    last = task.observation_times_s[-1] if task.observation_times_s else None
-    moment = "" if until_s is None or until_s == last else f"@{until_s:g}s"
+    whole = until_s is None or until_s == task.observation_times_s[-1]
+    moment = "" if whole else f"@{until_s:g}s"
     return f"{PREDICTIONS_FOLDER}/{episode_id}{moment}{task.prediction.suffix}"

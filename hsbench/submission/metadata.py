@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
+from hsbench.errors import DataError
+from hsbench.io.strict_json import parse_json
 from hsbench.submission.layout import METADATA_FILE, SubmittedTask
+
+MAX_BYTES = 1 << 20
+"""Of ``submission.json``."""
 
 MAX_TEXT = 2000
 """Characters of any one text."""
+
+MAX_NUMBER = 10**15
+"""Parameters and seconds stay below it."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +52,13 @@ REQUIRED = ("task", "task_version", "method", "track")
 
 
 def read_metadata(data: bytes, task: SubmittedTask) -> tuple[Metadata | None, list[str]]:
-    """The metadata in the bytes of ``submission.json`` (None where they are not sound), and every fault, a line each."""
+    """The metadata in the bytes of ``submission.json`` (None where not sound), and every fault, a line each."""
+    if len(data) > MAX_BYTES:
+        return None, [f"{METADATA_FILE}: {len(data)} bytes; the limit is {MAX_BYTES}"]
     try:
         value = parse_json(data)
-    except ValueError as error:
-        return None, [f"{METADATA_FILE}: no valid JSON ({error})"]
+    except DataError as error:
+        return None, [f"{METADATA_FILE}: {error}"]
     if not isinstance(value, dict):
         return None, [f"{METADATA_FILE}: holds a {_kind(value)}; expected an object with keys {', '.join(REQUIRED)}"]
     metadata, faults = metadata_from_json(value)
@@ -62,7 +70,7 @@ def metadata_from_json(value: dict[str, Any]) -> tuple[Metadata | None, list[str
     """Metadata from an object of ``Metadata.to_json``, and every fault: missing and unknown keys, wrong types."""
     known = [f.name for f in fields(Metadata)]
     faults = [f"{key} is missing; expected {_CHECKS[key][1]}" for key in REQUIRED if value.get(key) is None]
-    faults.extend(f"unknown key {key!r}; expected only {', '.join(known)}" for key in value if key not in known)
+    faults.extend(f"unknown key {_shown(key)}; expected only {', '.join(known)}" for key in value if key not in known)
     for key in known:
         found = value.get(key)
         good, expected = _CHECKS[key]
@@ -70,29 +78,10 @@ def metadata_from_json(value: dict[str, Any]) -> tuple[Metadata | None, list[str
             faults.append(f"{key} is {_shown(found)}; expected {expected}")
     if faults:
         return None, faults
-    given = {key: tuple(item) if isinstance(item, list) else item for key, item in value.items() if item is not None}
+    given: dict[str, Any] = {
+        key: tuple(item) if isinstance(item, list) else item for key, item in value.items() if item is not None
+    }
     return Metadata(**given), []
-
-
-def parse_json(data: bytes) -> Any:
-    """JSON without NaN, infinity or a key given twice. Raises ValueError, its message in one line."""
-
-    def reject(token: str) -> Any:
-        raise ValueError(f"{token} is no JSON number")
-
-    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        result = dict(pairs)
-        if len(result) != len(pairs):
-            twice = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
-            raise ValueError(f"key {twice!r} is given twice")
-        return result
-
-    try:
-        return json.loads(data.decode("utf-8-sig"), parse_constant=reject, object_pairs_hook=unique)
-    except UnicodeDecodeError as error:
-        raise ValueError(f"not UTF-8 at byte {error.start}") from error
-    except RecursionError as error:
-        raise ValueError("nested too deeply") from error
 
 
 def _task_faults(value: dict[str, Any], task: SubmittedTask) -> list[str]:
@@ -115,7 +104,7 @@ def _is_texts(value: Any) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value >= 0
+    return type(value) in (int, float) and 0 <= value < MAX_NUMBER
 
 
 _TEXT: tuple[Callable[[Any], bool], str] = (_is_text, f"one line of text, at most {MAX_TEXT} characters")

@@ -21,7 +21,7 @@ from hsbench.submission.layout import SubmittedTask, prediction_file
 
 MAX_FILES = 20_000
 MAX_FILE_BYTES = 64 << 20
-MAX_TOTAL_BYTES = 8 << 30
+MAX_TOTAL_BYTES = 2 << 30
 MAX_DEPTH = 4
 """Folders inside folders."""
 
@@ -29,12 +29,23 @@ LIMITS = ArchiveLimits(files=MAX_FILES, file_bytes=MAX_FILE_BYTES, total_bytes=M
 
 
 class SubmissionFiles(Protocol):
-    """The files of a submission. ``names``: relative posix paths, sorted. ``faults``: what is wrong with the whole."""
+    """The files of a submission, by relative posix path."""
 
     @property
-    def names(self) -> tuple[str, ...]: ...
+    def names(self) -> tuple[str, ...]:
+        """Files that may be read, sorted."""
+        ...
+
     @property
-    def faults(self) -> tuple[str, ...]: ...
+    def refused(self) -> frozenset[str]:
+        """Files that are there and must not be read; ``faults`` says why."""
+        ...
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What is wrong with names, links and sizes, one line each."""
+        ...
+
     def read(self, name: str) -> bytes:
         """The bytes of one file. Raises DataError where it is missing, too large, truncated or damaged."""
         ...
@@ -79,27 +90,30 @@ class Predictions:
 class _Folder:
     def __init__(self, root: Path) -> None:
         self._root = root
-        names: list[str] = []
-        faults: list[str] = []
-        total = 0
+        sizes: dict[str, int] = {}
+        refused: dict[str, str] = {}
+        crowd: list[str] = []
         for name, size, fault in _walk(root):
-            if fault:
-                faults.append(f"{name!r}: {fault}")
-                continue
-            names.append(name)
-            total += size
-            if size > MAX_FILE_BYTES:
-                faults.append(f"{name!r}: {size} bytes; the limit for one file is {MAX_FILE_BYTES}")
-            if len(names) > MAX_FILES:
-                faults.append(f"more than {MAX_FILES} files, the limit; the rest was not looked at")
+            if len(sizes) + len(refused) >= MAX_FILES:
+                crowd = [f"more than {MAX_FILES} files, the limit; the rest was not looked at"]
                 break
+            if not fault and size > MAX_FILE_BYTES:
+                fault = f"{size} bytes; the limit for one file is {MAX_FILE_BYTES}"
+            if fault:
+                refused[name] = fault
+            else:
+                sizes[name] = size
+        total = sum(sizes.values())
         if total > MAX_TOTAL_BYTES:
-            faults.append(f"{total} bytes together; the limit is {MAX_TOTAL_BYTES}")
-        self.names = tuple(sorted(names))
-        self.faults = tuple(sorted(faults) + clash_faults(self.names))
+            crowd.append(f"files take {total} bytes together; the limit is {MAX_TOTAL_BYTES}")
+        self._sizes = sizes
+        self.names = tuple(sorted(sizes))
+        self.refused = frozenset(refused)
+        lines = [f"{name!r}: {refused[name]}" for name in sorted(refused)]
+        self.faults = (*crowd, *lines, *clash_faults(self.names))
 
     def read(self, name: str) -> bytes:
-        if name not in self.names:
+        if name not in self._sizes:
             raise DataError(f"{name!r}: missing")
         try:
             # a file may be exchanged for a link between listing and reading
@@ -118,12 +132,11 @@ class _Folder:
 class _Zip:
     def __init__(self, archive: zipfile.ZipFile) -> None:
         self._archive = archive
-        infos = [info for info in archive.infolist() if not info.is_dir()]
-        self.faults = tuple(member_faults(archive.infolist(), LIMITS))
-        self._infos = {
-            info.orig_filename: info for info in infos if not any(True for _ in member_faults([info], LIMITS))
-        }
+        infos = archive.infolist()
+        self.faults = tuple(member_faults(infos, LIMITS))
+        self._infos = {i.orig_filename: i for i in infos if not i.is_dir() and not member_faults([i], LIMITS)}
         self.names = tuple(sorted(self._infos))
+        self.refused = frozenset(i.orig_filename for i in infos) - self._infos.keys()
 
     def read(self, name: str) -> bytes:
         if name not in self._infos:

@@ -19,8 +19,7 @@ from hsbench.schema.scene import Scene, SceneObject
 from hsbench.schema.sensor import Sensor
 from hsbench.synth.activities import Life
 from hsbench.synth.film import Filming, room_lighting
-from hsbench.synth.people.body import capsules
-from hsbench.synth.people.observe import PosePreset, observe
+from hsbench.synth.people import PosePreset, capsules, observe
 from hsbench.synth.recipes import Unit
 from hsbench.truth.evidence import first_swept
 from hsbench.truth.objects import object_truth

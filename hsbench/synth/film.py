@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,11 +13,11 @@ from hsbench.io.images import depth_to_mm
 from hsbench.schema.poses import PoseTable
 from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
 from hsbench.schema.sensor import Sensor
-from hsbench.synth.people.body import Body, body_mesh
+from hsbench.synth.people import Body, body_mesh
 from hsbench.synth.render import Lighting, Mesh, Renderer, View, Window
 from hsbench.typing import FloatArray, UInt8Array
 
-SUPERSAMPLE = 2  # colour only; paid once for the background, and small for crops
+SUPERSAMPLE = 2  # of the background's colours, paid once
 CROP_MARGIN_PX = 2
 NEAR_M = 0.05  # in front of it a vertex has a pixel
 
@@ -46,6 +46,7 @@ class Filming:
     sensor: Sensor
     renderer: Renderer
     lights: Lighting
+    _meshes: dict[int, Mesh] = field(default_factory=dict, repr=False)  # a body's mesh, moved from frame to frame
 
     def background(self) -> Picture:
         """The room at t0 without people."""
@@ -67,7 +68,9 @@ class Filming:
         for row in rows:
             person = int(self.poses.track_id[row])
             vertices, triangles, colours = body_mesh(self.bodies[person - 1], self.poses.joints_m[row].astype(np.float64))
-            meshes.append(Mesh(PERSON_ID_OFFSET + person, vertices, triangles, colours, smooth=True))
+            if person not in self._meshes:
+                self._meshes[person] = Mesh(PERSON_ID_OFFSET + person, vertices, triangles, colours, smooth=True)
+            meshes.append(self._meshes[person].moved(vertices))
         window = self._window(meshes)
         if window is None:
             empty = Picture(np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.uint16), np.zeros((0, 0), np.uint16))
@@ -78,7 +81,6 @@ class Filming:
             self.sensor.world_T_camera,
             self.lights,
             window=window,
-            supersample=SUPERSAMPLE,
         )
         picture = _picture(view)
         crop = (slice(window.v0, window.v0 + window.height), slice(window.u0, window.u0 + window.width))

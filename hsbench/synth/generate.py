@@ -19,7 +19,8 @@ from hsbench import __version__
 from hsbench.errors import DataError
 from hsbench.io.atomic import write_json
 from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, write_index
-from hsbench.io.episodes import read_json, write_episode
+from hsbench.io.episodes import write_episode
+from hsbench.io.strict_json import read_json
 from hsbench.schema import SCHEMA_VERSION
 from hsbench.schema.categories import CATEGORIES
 from hsbench.synth.recipes import Recipe, Unit, find_recipe

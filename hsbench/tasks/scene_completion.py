@@ -25,9 +25,7 @@ def encode(occupied: BoolArray) -> dict[str, AnyArray]:
     """(128, 128, 48) bool -> the arrays of a prediction file. Raises SchemaError where it does not fit."""
     if not isinstance(occupied, np.ndarray) or occupied.dtype != np.bool_ or occupied.shape != GRID.shape:
         found = f"{occupied.dtype} {occupied.shape}" if isinstance(occupied, np.ndarray) else type(occupied).__name__
-        raise SchemaError(
-            f"prediction is {found}; expected bool {GRID.shape} (probabilities? choose a threshold first)"
-        )
+        raise SchemaError(f"prediction is {found}; expected bool {GRID.shape} (probabilities? threshold them)")
     return {"occupied": pack_bits(occupied)}
 
 

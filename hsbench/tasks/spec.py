@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 from hsbench.errors import SchemaError
@@ -40,5 +41,5 @@ class TaskSpec:
 
     def __post_init__(self) -> None:
         times = self.observation_times_s
-        if not times or times[0] <= 0 or any(a >= b for a, b in zip(times, times[1:], strict=False)):
+        if not times or times[0] <= 0 or any(a >= b for a, b in pairwise(times)):
             raise SchemaError(f"task {self.name}: observation_times_s {times} do not ascend from above 0")

@@ -1,12 +1,13 @@
 """Where a person can stand and walk: cells of the floor plan where an upright body hits nothing.
 
-TASKS, affordance-topdown: a body is a cylinder of radius .25 m with 1.8 m head room. A cell is free where that cylinder,
-centred on the cell, touches no solid and no wall. What is flatter than ``step_m`` (rugs) is stepped on.
+TASKS, affordance-topdown: a body is a cylinder of radius .25 m with 1.8 m head room. A cell is free where that
+cylinder, centred on the cell, touches no solid and no wall. What is flatter than ``step_m`` (rugs) is stepped on.
 The frame is the scene's; cells are aligned to multiples of ``cell_m`` in it, as the task grids are.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba
@@ -14,6 +15,7 @@ import numpy as np
 from scipy import ndimage
 
 from hsbench.errors import SchemaError
+from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.polygons import contains
 from hsbench.schema.scene import Scene
 from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
@@ -64,20 +66,32 @@ def walk_map(
 ) -> WalkMap:
     """Cells of the room where an upright cylinder touches nothing between ``step_m`` and ``head_room_m``.
 
-    The obstacle of a convex part is the shadow on the floor of its slice between the two heights; a cell is free where its
-    centre is farther than ``radius_m`` from every obstacle and from the room's outline, and inside the room.
+    The obstacle of a convex part is the shadow on the floor of its slice between the two heights; a cell is free
+    where its centre is inside the room and farther than ``radius_m`` from every obstacle and from the outline.
     Raises SchemaError for an object with mesh parts.
     """
     origin_xy, shape = _grid(scene.room_xy, cell_m)
-    empty = WalkMap(origin_xy, np.zeros(shape, dtype=np.bool_), cell_m)
-    centres = empty.centres()
+    centres = WalkMap(origin_xy, np.zeros(shape, dtype=np.bool_), cell_m).centres()
     free = contains(scene.room_xy, centres) & (_outline_distance(scene.room_xy, centres) > radius_m)
+    walk = WalkMap(origin_xy, free, cell_m)
     for item in scene.objects:
         if len(item.solids) != len(item.parts):
             raise SchemaError(f"object {item.object_id} ({item.category_name}) has mesh parts; expected convex solids")
-        for solid in item.solids:
-            _block(solid.vertices, solid.triangles, step_m, head_room_m, origin_xy, cell_m, radius_m, free)
-    return WalkMap(origin_xy, free, cell_m)
+    return blocked(walk, [s for item in scene.objects for s in item.solids], radius_m, head_room_m, step_m)
+
+
+def blocked(
+    walk: WalkMap,
+    solids: Sequence[ConvexSolid],
+    radius_m: float = RADIUS_M,
+    head_room_m: float = HEAD_ROOM_M,
+    step_m: float = STEP_M,
+) -> WalkMap:
+    """The map after more solids (in its frame) have been put into the room; the given one stays as it is."""
+    free = walk.free.copy()
+    for solid in solids:
+        _block(solid.vertices, solid.triangles, step_m, head_room_m, walk.origin_xy, walk.cell_m, radius_m, free)
+    return WalkMap(walk.origin_xy, free, walk.cell_m)
 
 
 def connected(walk: WalkMap, from_xy: FloatArray) -> BoolArray:
@@ -143,7 +157,7 @@ def _outline_distance(room_xy: FloatArray, points: FloatArray) -> FloatArray:
 
 @numba.njit(cache=True)
 def _slice_points(vertices: FloatArray, triangles: Int32Array, z_low: float, z_high: float) -> FloatArray:
-    """(M, 2) points whose convex hull is the shadow of the solid's slice: its vertices in range and its edges' crossings."""
+    """(M, 2) points whose hull is the shadow of the solid's slice: its vertices in range, its edges' crossings."""
     points = np.empty((len(vertices) + 6 * len(triangles), 2))
     count = 0
     for v in range(len(vertices)):

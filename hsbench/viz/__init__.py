@@ -1,0 +1,1 @@
+"""Pictures and pages: draws what the other packages return as data."""

@@ -11,16 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hsbench.synth.people.body import BALL_FORWARD, BALL_HEIGHT, Body
+from hsbench.synth.people.body import BALL_FORWARD, BALL_HEIGHT, TOE_FORWARD, Body
 from hsbench.synth.people.kinematics import SIDE_SIGN
 from hsbench.typing import FloatArray
 
 STEP_SHARE = 0.36  # step length at a comfortable pace over stature (Winter; .6 m at 1.7 m)
 STEP_TURN_RAD = 0.7  # turning on the spot by this takes a step
 DOUBLE_SUPPORT = 0.25  # of a step, both feet on the floor
+ANKLE_UNDER_HIP = 0.9  # share of the foot bone by which a standing ball is ahead of the hip
 LIFT_M = 0.045  # of the ball in mid swing
-HEEL_RISE_RAD = 0.65  # before toe-off
-HEEL_RISE_FROM = 0.85  # steps after landing
+HEEL_RISE_RAD = 0.75  # before toe-off
+HEEL_RISE_FROM = 0.75  # steps after landing
 HEEL_SETTLE = 0.6  # steps after lift
 FOOT_OUT_RAD = 0.10  # feet point a little outwards
 END_STEP = 0.5  # phase gained while starting and while stopping
@@ -90,15 +91,16 @@ def walk_feet(body: Body, start: Feet, xy: FloatArray, yaw: FloatArray, phase: F
         stride = np.sqrt(np.sum((plants[nth + 1] - plants[nth])[:, :2] ** 2, axis=1))
         gain = np.minimum(stride / body.of_stature(2 * STEP_SHARE), 1.0)
         since = phase - landing + 2
-        rise = smooth((since - HEEL_RISE_FROM) / (1 + DOUBLE_SUPPORT - HEEL_RISE_FROM))
+        rise = smooth((since - HEEL_RISE_FROM) / (1 + DOUBLE_SUPPORT - HEEL_RISE_FROM)) * smooth(phase / DOUBLE_SUPPORT)
         pitch[:, side] = HEEL_RISE_RAD * gain * rise * (1 - smooth((since - 1 - DOUBLE_SUPPORT) / HEEL_SETTLE))
-        ball[:, side, 2] += LIFT_M * np.sin(np.pi * swing) ** 2 * np.minimum(1.0, 0.5 + gain)
+        tiptoe = body.of_stature(TOE_FORWARD) * np.sin(pitch[:, side])
+        ball[:, side, 2] += LIFT_M * np.sin(np.pi * swing) ** 2 * np.minimum(1.0, 0.5 + gain) + tiptoe
     return Feet(ball, foot_yaw, pitch)
 
 
 def _plant(body: Body, xy: FloatArray, yaw: FloatArray, side: int) -> FloatArray:
     """(N, 2) root and (N,) heading -> (N, 3) where a standing foot's ball is."""
-    ahead = body.of_stature(BALL_FORWARD) * 0.7
+    ahead = body.of_stature(BALL_FORWARD) * ANKLE_UNDER_HIP
     left = SIDE_SIGN[side] * body.hip_half_m
     c, s = np.cos(yaw), np.sin(yaw)
     height = np.full(len(yaw), body.of_stature(BALL_HEIGHT))

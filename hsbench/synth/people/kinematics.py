@@ -20,7 +20,8 @@ SIDE_SIGN = (1.0, -1.0)  # left is +y of the body
 
 LOWER_SPINE_SHARE = 0.5  # of lean and twist that the lower spine takes
 KNEE_POLE = (1.0, 0.5)  # knees bend forwards and, seated, upwards
-FEET_PULL = 0.12  # radians by which knees turn outwards
+KNEES_OUT_RAD = 0.05  # knees point so much further outwards than feet
+HEAD_FORWARD = 0.12  # the skull's middle lies a little before the neck, as a share of its height above it
 ELBOW_POLE = (-0.7, 0.45, -0.6)  # elbows point back, out and down
 
 
@@ -81,14 +82,24 @@ def solve(body: Body, posture: Posture) -> FloatArray:
     joints[:, J["spine_base"]], joints[:, J["spine_mid"]] = base, mid
     joints[:, J["spine_shoulder"]], joints[:, J["neck"]] = spine_shoulder, neck
     joints[:, J["head"]] = neck + _at(head_turn, (HEAD_FORWARD * head_up, 0.0, head_up))
-    pelvis = frame(posture.yaw, np.zeros_like(posture.yaw), np.zeros_like(posture.yaw))
     for side, name in ((LEFT, "left"), (RIGHT, "right")):
-        _leg(body, posture, pelvis, side, name, joints)
+        places = leg(body, posture, side)
+        for joint, place in zip(("hip", "knee", "ankle", "foot"), places, strict=True):
+            joints[:, J[f"{joint}_{name}"]] = place
         _arm(body, posture, chest, spine_shoulder + _at(chest, _shoulder_offset(body, side)), side, name, joints)
     return joints
 
 
-HEAD_FORWARD = 0.12  # the skull's middle lies a little before the neck, as a share of its height above it
+def leg(body: Body, posture: Posture, side: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """(T, 3) hip, knee, ankle and foot of one side."""
+    hip = _hip(body, posture, side)
+    bone = _foot_bone(body, posture.foot_yaw[:, side], posture.foot_pitch[:, side])
+    knee_yaw = posture.foot_yaw[:, side] + SIDE_SIGN[side] * KNEES_OUT_RAD
+    ahead, up = KNEE_POLE
+    pole = np.stack([ahead * np.cos(knee_yaw), ahead * np.sin(knee_yaw), np.full(len(knee_yaw), up)], axis=-1)
+    thigh_m, shank_m = body.of_stature(anatomy.THIGH), body.of_stature(anatomy.SHANK)
+    knee, ankle = two_bones(hip, posture.ball[:, side] - bone, pole, thigh_m, shank_m)
+    return hip, knee, ankle, ankle + bone
 
 
 def two_bones(
@@ -112,10 +123,9 @@ def ankle_of(body: Body, ball: FloatArray, foot_yaw: FloatArray, foot_pitch: Flo
 
 def highest_pelvis(body: Body, posture: Posture) -> FloatArray:
     """(T,) greatest pelvis height in metres at which both feet stay where they are."""
-    pelvis = frame(posture.yaw, np.zeros_like(posture.yaw), np.zeros_like(posture.yaw))
     limit = np.full(len(posture.yaw), np.inf)
     for side in (LEFT, RIGHT):
-        hip = posture.pelvis + _at(pelvis, (0.0, SIDE_SIGN[side] * body.hip_half_m, 0.0))
+        hip = _hip(body, posture, side)
         ankle = ankle_of(body, posture.ball[:, side], posture.foot_yaw[:, side], posture.foot_pitch[:, side])
         away = np.sum((hip - ankle)[:, :2] ** 2, axis=1)
         limit = np.minimum(limit, ankle[:, 2] + np.sqrt(np.maximum((STRAIGHT * body.leg_m) ** 2 - away, 0.0)))
@@ -131,21 +141,14 @@ def _spine(body: Body, posture: Posture) -> tuple[FloatArray, FloatArray, FloatA
     return posture.pelvis, mid, mid + _at(chest_frame(posture), (0.0, 0.0, upper_m))
 
 
+def _hip(body: Body, posture: Posture, side: int) -> FloatArray:
+    level = np.zeros_like(posture.yaw)
+    return posture.pelvis + _at(frame(posture.yaw, level, level), (0.0, SIDE_SIGN[side] * body.hip_half_m, 0.0))
+
+
 def _shoulder_offset(body: Body, side: int) -> tuple[float, float, float]:
     rise = body.of_stature(anatomy.SHOULDER_HEIGHT - anatomy.RADIUS_SHOULDER / 2 - anatomy.SPINE_SHOULDER_HEIGHT)
     return (0.0, SIDE_SIGN[side] * body.shoulder_half_m, rise)
-
-
-def _leg(body: Body, posture: Posture, pelvis: FloatArray, side: int, name: str, joints: FloatArray) -> None:
-    hip = posture.pelvis + _at(pelvis, (0.0, SIDE_SIGN[side] * body.hip_half_m, 0.0))
-    bone = _foot_bone(body, posture.foot_yaw[:, side], posture.foot_pitch[:, side])
-    knee_yaw = posture.foot_yaw[:, side] + SIDE_SIGN[side] * FEET_PULL
-    ahead, up = KNEE_POLE
-    pole = np.stack([ahead * np.cos(knee_yaw), ahead * np.sin(knee_yaw), np.full(len(knee_yaw), up)], axis=-1)
-    thigh_m, shank_m = body.of_stature(anatomy.THIGH), body.of_stature(anatomy.SHANK)
-    knee, ankle = two_bones(hip, posture.ball[:, side] - bone, pole, thigh_m, shank_m)
-    for joint, place in (("hip", hip), ("knee", knee), ("ankle", ankle), ("foot", ankle + bone)):
-        joints[:, J[f"{joint}_{name}"]] = place
 
 
 def _arm(

@@ -1,0 +1,193 @@
+"""Carving and what it is compared with, by name. A method is prepared for a data set and then answers an episode at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hsbench.baselines.occlusion.action import Activity, recognise
+from hsbench.baselines.occlusion.boundary import Boundary, estimate_boundary
+from hsbench.baselines.occlusion.carve import activity_maps, carve, fill_holes, voxel_states
+from hsbench.baselines.occlusion.config import CarveConfig
+from hsbench.baselines.occlusion.constant import fit_constant
+from hsbench.baselines.occlusion.height_prior import behind_surface, fit
+from hsbench.baselines.occlusion.shuffle import shuffled_activity
+from hsbench.datasets.dataset import Dataset
+from hsbench.errors import DataError
+from hsbench.metrics.completion import primary_mask
+from hsbench.schema.episode import Episode
+from hsbench.schema.states import VoxelState
+from hsbench.synth.seeds import Seeds
+from hsbench.tasks.scene_completion import GRID
+from hsbench.typing import BoolArray, Float32Array, UInt8Array
+
+Predictor = Callable[[Episode], BoolArray]
+"""An episode -> (128, 128, 48) bool, occupied."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What preparing a method takes: the data it will see, training data with truth (or None), seed and constants."""
+
+    data: Dataset
+    train: Dataset | None
+    seed: int = 0
+    config: CarveConfig = CarveConfig()
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method of task scene-completion. track: the inputs it uses; oracle: it needs truth of the episode itself."""
+
+    name: str
+    track: str
+    summary: str
+    prepare: Callable[[Settings], Predictor]
+    oracle: bool = False
+    needs_train: bool = False
+
+
+def _depth(episode: Episode) -> Float32Array:
+    if not len(episode.frames):
+        raise DataError(f"episode {episode.episode_id} has no frame; scene-completion needs the one at t0")
+    depth = episode.frames[0].depth_m
+    if depth is None:
+        raise DataError(f"episode {episode.episode_id} has no depth; scene-completion needs an RGB-D sensor")
+    return depth
+
+
+def _states(episode: Episode) -> UInt8Array:
+    return voxel_states(episode.sensor, GRID, _depth(episode))
+
+
+def _activity(episode: Episode, config: CarveConfig) -> Activity:
+    if episode.poses is None:
+        raise DataError(f"episode {episode.episode_id} has no observed poses; carving needs them")
+    return recognise(episode.poses, config)
+
+
+def _carved(episode: Episode, activity: Activity, config: CarveConfig) -> BoolArray:
+    return carve(_states(episode), activity_maps(activity, GRID, config), activity, GRID, config)
+
+
+def _prepare_carve(settings: Settings) -> Predictor:
+    return lambda episode: _carved(episode, _activity(episode, settings.config), settings.config)
+
+
+def _prepare_all_solid(settings: Settings) -> Predictor:
+    return lambda episode: np.isin(_states(episode), (VoxelState.SURFACE, VoxelState.OCCLUDED))
+
+
+def _prepare_visible_only(settings: Settings) -> Predictor:
+    return lambda episode: np.asarray(_states(episode) == VoxelState.SURFACE)
+
+
+def _prepare_shuffled(settings: Settings) -> Predictor:
+    """Each episode gets the activity of the next one of the selection, the last that of the first."""
+    ids = settings.data.episode_ids
+    if len(ids) < 2:
+        raise DataError(f"carve-shuffled takes poses of another episode; found {len(ids)} episode in this selection")
+    seeds = Seeds(settings.seed).child("shuffled-activity")
+
+    def predict(episode: Episode) -> BoolArray:
+        other = settings.data[(ids.index(episode.episode_id) + 1) % len(ids)]
+        activity = shuffled_activity(
+            _activity(other, settings.config), _boundary(other), _boundary(episode), seeds.rng(episode.episode_id)
+        )
+        return _carved(episode, activity, settings.config)
+
+    return predict
+
+
+def _boundary(episode: Episode) -> Boundary:
+    return estimate_boundary(episode.sensor, _depth(episode), episode.poses)
+
+
+def _prepare_height_prior(settings: Settings) -> Predictor:
+    def sample(episode: Episode) -> tuple[np.ndarray, np.ndarray, BoolArray]:
+        assert episode.truth is not None
+        assert episode.truth.occupancy is not None
+        truth = episode.truth.occupancy
+        behind = behind_surface(episode.sensor, GRID, fill_holes(_depth(episode)))
+        mask = primary_mask(truth) & np.isfinite(behind)
+        height = np.broadcast_to(GRID.axis_centres(2), GRID.shape)
+        return behind[mask], height[mask], truth.solid[mask]
+
+    prior = fit(sample(episode) for episode in _training(settings, "height-prior"))
+
+    def predict(episode: Episode) -> BoolArray:
+        states = _states(episode)
+        behind = behind_surface(episode.sensor, GRID, fill_holes(_depth(episode)))
+        return np.asarray(
+            (states == VoxelState.SURFACE) | ((states == VoxelState.OCCLUDED) & prior.solid(behind, GRID))
+        )
+
+    return predict
+
+
+def _prepare_constant(settings: Settings) -> Predictor:
+    def sample(episode: Episode) -> tuple[BoolArray, BoolArray]:
+        assert episode.truth is not None
+        assert episode.truth.occupancy is not None
+        return primary_mask(episode.truth.occupancy), episode.truth.occupancy.solid
+
+    constant = fit_constant(sample(episode) for episode in _training(settings, "best-constant"))
+    return lambda episode: constant
+
+
+def _training(settings: Settings, name: str) -> Dataset:
+    if settings.train is None or not len(settings.train):
+        raise DataError(f"{name} is fitted on split train, which this data set lacks; name one that has it with --train")
+    return settings.train
+
+
+def _prepare_swept(settings: Settings) -> Predictor:
+    def predict(episode: Episode) -> BoolArray:
+        assert episode.truth is not None
+        assert episode.truth.occupancy is not None
+        states = _states(episode)
+        swept = episode.truth.occupancy.swept_s <= episode.duration_s
+        return np.asarray((states == VoxelState.SURFACE) | ((states == VoxelState.OCCLUDED) & ~swept))
+
+    return predict
+
+
+METHODS: Mapping[str, Method] = {
+    method.name: method
+    for method in (
+        Method("carve", "poses+frames", "occluded space is solid unless people stood or sat there", _prepare_carve),
+        Method("carve-shuffled", "poses+frames", "control: carve with another episode's activity", _prepare_shuffled),
+        Method("all-solid", "frames", "control without activity: all occluded space is solid", _prepare_all_solid),
+        Method("visible-only", "frames", "reference: only what the camera sees is solid", _prepare_visible_only),
+        Method(
+            "height-prior",
+            "frames",
+            "reference: solid within d behind a surface and below h, fitted on train",
+            _prepare_height_prior,
+            needs_train=True,
+        ),
+        Method(
+            "best-constant",
+            "frames",
+            "control: one answer for every episode, the best on train",
+            _prepare_constant,
+            needs_train=True,
+        ),
+        Method(
+            "carve-swept",
+            "oracle-poses",
+            "reference: the volume true bodies swept is free, evidence without error",
+            _prepare_swept,
+            oracle=True,
+        ),
+    )
+}
+
+
+def method(name: str) -> Method:
+    """A method by name. Raises DataError for an unknown one, naming the known."""
+    if name not in METHODS:
+        raise DataError(f"method {name!r} is unknown; expected one of {', '.join(METHODS)}")
+    return METHODS[name]

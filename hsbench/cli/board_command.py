@@ -1,0 +1,62 @@
+"""``hsbench board``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hsbench.cli.common import ANY_PATH, FOLDER, F
+
+
+@click.group(short_help="add entries to a board, show and build it", epilog="Example: hsbench board show --board board")
+def command() -> None:
+    """Boards: one JSON file an entry, tables and pages derived from them."""
+
+
+def board_option(function: F) -> F:
+    """``--board DIR``."""
+    return click.option("--board", required=True, type=FOLDER, metavar="DIR", help="Root folder of the boards.")(function)
+
+
+@command.command(epilog="Example: hsbench board add report.json --board board --name carve --year 2026")
+@click.argument("report", type=ANY_PATH)
+@board_option
+@click.option("--name", metavar="NAME", help="Short name, safe as a file name; default: the method's.")
+@click.option("--year", required=True, type=int, help="Year of the method.")
+@click.option("--replace", is_flag=True, help="Replace an entry of the same name.")
+def add(report: Path, board: Path, name: str | None, year: int, replace: bool) -> None:
+    """Make an entry of REPORT, self-reported, after checking that its numbers follow from its episodes."""
+    from hsbench.evaluation.report import read_report
+    from hsbench.leaderboard import Entry, write_entry
+
+    value = read_report(report)
+    entry = Entry(name or value.method.method, year, value.method.authors or ("unknown",), "self-reported", value)
+    click.echo(f"entry: {write_entry(board, entry, replace=replace)}")
+
+
+@command.command(epilog="Example: hsbench board show --board board --task scene-completion")
+@board_option
+@click.option("--task", "task_name", default="scene-completion", show_default=True)
+def show(board: Path, task_name: str) -> None:
+    """Print the board of a task as Markdown tables."""
+    from hsbench.leaderboard import markdown, rank, read_entries
+    from hsbench.tasks import task
+
+    spec = task(task_name)
+    click.echo(markdown(rank(read_entries(board, spec.name, spec.version))), nl=False)
+
+
+@command.command(epilog="Example: hsbench board build --board board --out board.html")
+@board_option
+@click.option("--task", "task_name", default="scene-completion", show_default=True)
+@click.option("--out", required=True, type=ANY_PATH, metavar="FILE")
+def build(board: Path, task_name: str, out: Path) -> None:
+    """Write the board of a task as one HTML page."""
+    from hsbench.io.atomic import write_text
+    from hsbench.leaderboard import html_page, rank, read_entries
+    from hsbench.tasks import task
+
+    spec = task(task_name)
+    write_text(out, html_page(rank(read_entries(board, spec.name, spec.version)), spec.title))
+    click.echo(f"board: {out}")

@@ -1,0 +1,45 @@
+"""``hsbench check``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hsbench.cli.common import ANY_PATH, data_option, json_option, print_json
+from hsbench.errors import SubmissionError
+
+
+@click.command(
+    epilog="Example: hsbench check pred/carve --task scene-completion --data data/rgbd --split val",
+    short_help="check a submission, without truth",
+)
+@click.argument("submission", type=ANY_PATH)
+@click.option("--task", "task_name", required=True, metavar="NAME")
+@data_option
+@json_option
+@click.pass_context
+def command(
+    context: click.Context, submission: Path, task_name: str, data: Path, split: str | None, as_json: bool
+) -> None:
+    """Check SUBMISSION, a folder or a zip: every fault in one run, exit code 3 if there is one. Needs no truth."""
+    from hsbench.datasets.dataset import load
+    from hsbench.submission.check import check
+    from hsbench.tasks import task
+
+    dataset = load(data, split)
+    faults = check(submission, task(task_name), dataset.episode_ids)
+    if as_json:
+        print_json({"submission": str(submission), "episodes": len(dataset), "faults": faults})
+        context.exit(SubmissionError.exit_code if faults else 0)
+    if faults:
+        for fault in faults:
+            click.echo(f"fault: {fault}", err=True)
+        click.echo(f"{submission}: {len(faults)} faults", err=True)
+        context.exit(SubmissionError.exit_code)
+    click.echo(f"{submission}: {len(dataset)} episodes, no faults")
+    click.echo(
+        f"next: hsbench score {submission} --task {task_name} --data {data}"
+        + (f" --split {split}" if split else "")
+        + " --out report.json"
+    )

@@ -1,0 +1,50 @@
+"""What commands share: options, a progress bar, and output for people or machines."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+from tqdm import tqdm
+
+from hsbench.io.atomic import json_bytes
+
+T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
+
+FOLDER = click.Path(path_type=Path, file_okay=False)
+ANY_PATH = click.Path(path_type=Path)
+
+
+def data_option(function: F) -> F:
+    """``--data DIR`` and ``--split NAME``."""
+    function = click.option("--split", metavar="NAME", help="Only episodes of this split: train, val, test-seen, test-novel.")(function)
+    return click.option("--data", required=True, type=FOLDER, metavar="DIR", help="Folder of a data set.")(function)
+
+
+def json_option(function: F) -> F:
+    """``--json``."""
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")(function)
+
+
+def progress(items: Iterable[T], total: int, what: str, unit: str = "episode") -> Iterator[T]:
+    """A progress bar on the error stream; silent where that is no terminal."""
+    yield from tqdm(items, total=total, desc=what, unit=unit, file=sys.stderr, disable=None, leave=False)
+
+
+def print_json(value: object) -> None:
+    """A value as JSON on standard output."""
+    click.echo(json_bytes(value).decode(), nl=False)
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A score for people: a dash where undefined."""
+    return "-" if value is None else f"{value:.{digits}f}"
+
+
+def interval(low: float | None, high: float | None, digits: int = 4) -> str:
+    """An interval for people, or why there is none."""
+    return "(no interval)" if low is None or high is None else f"[{low:.{digits}f}, {high:.{digits}f}]"

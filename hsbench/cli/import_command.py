@@ -1,0 +1,73 @@
+"""``hsbench import sscnet`` and ``hsbench import kinect-csv``."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import click
+
+from hsbench.cli.common import ANY_PATH, FOLDER
+
+FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+@click.group(short_help="bring a real capture into the schema", epilog="Example: hsbench import sscnet --help")
+def command() -> None:
+    """Bring real captures into the common schema, so that the same code loads, predicts and scores them."""
+
+
+@command.command(epilog="Example: hsbench import sscnet NYU0001_0000.png NYU0001_0000.bin --out data/nyu")
+@click.argument("depth_png", type=FILE)
+@click.argument("volume_bin", type=FILE)
+@click.option("--out", required=True, type=FOLDER, metavar="DIR", help="Data set folder; episodes are added to it.")
+@click.option("--name", metavar="ID", help="Episode id; default: the volume's file name.")
+def sscnet(depth_png: Path, volume_bin: Path, out: Path, name: str | None) -> None:
+    """An SSCNet / NYU frame: depth image DEPTH_PNG and labelled volume VOLUME_BIN, as input and truth."""
+    from hsbench.datasets.importers.captures import add_capture, sscnet_episode
+    from hsbench.datasets.importers.sscnet import read_frame
+    from hsbench.tasks.scene_completion import GRID
+
+    episode = sscnet_episode(read_frame(depth_png, volume_bin), name or volume_bin.stem, GRID)
+    add_capture(out, episode)
+    sensor = episode.sensor
+    click.echo(
+        f"{out}: episode {episode.episode_id}, camera {sensor.height_m:.2f} m high, "
+        f"tilted {math.degrees(sensor.tilt_rad):.1f} deg down, rolled {math.degrees(sensor.roll_rad):.1f} deg"
+        + ("" if episode.truth else "; the volume has no labels, so there is no truth")
+    )
+    click.echo(f"next: hsbench predict all-solid --data {out} --out pred")
+
+
+@command.command(name="kinect-csv", epilog="Example: hsbench import kinect-csv wave.csv --out data/kinect --map map.png")
+@click.argument("recording_csv", type=FILE)
+@click.option("--out", required=True, type=FOLDER, metavar="DIR", help="Data set folder; episodes are added to it.")
+@click.option("--name", metavar="ID", help="Episode id; default: the file's name.")
+@click.option("--height", "height_m", type=float, metavar="M", help="Camera height; default: estimated from standing poses.")
+@click.option("--tilt", "tilt_deg", type=float, metavar="DEG", help="Camera tilt downwards; default: estimated.")
+@click.option("--map", "map_png", type=ANY_PATH, metavar="FILE", help="Also draw the activity map seen from above (PNG).")
+def kinect(
+    recording_csv: Path, out: Path, name: str | None, height_m: float | None, tilt_deg: float | None, map_png: Path | None
+) -> None:
+    """A Kinect v2 skeleton recording (LabanotationSuite CSV) as observed poses."""
+    from hsbench.datasets.importers.captures import add_capture, kinect_episode
+    from hsbench.datasets.importers.kinect_csv import estimate_camera, read_kinect_csv
+
+    if (height_m is None) != (tilt_deg is None):
+        raise click.UsageError("--height and --tilt go together: give both, or neither to have them estimated")
+    recording = read_kinect_csv(recording_csv)
+    if height_m is None or tilt_deg is None:
+        height_m, tilt_rad = estimate_camera(recording)
+    else:
+        tilt_rad = math.radians(tilt_deg)
+    episode = kinect_episode(recording, name or recording_csv.stem, height_m, tilt_rad)
+    add_capture(out, episode)
+    click.echo(
+        f"{out}: episode {episode.episode_id}, {len(recording.timestamp_ns)} poses in {episode.duration_s:.1f} s, "
+        f"camera {height_m:.2f} m high, tilted {math.degrees(tilt_rad):.1f} deg down"
+    )
+    if map_png is not None:
+        from hsbench.viz.pictures import save_activity_map
+
+        save_activity_map(map_png, episode)
+        click.echo(f"activity map: {map_png}")

@@ -1,0 +1,51 @@
+"""``hsbench predict``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hsbench.cli.common import FOLDER, data_option, progress
+
+
+@click.command(
+    epilog="Example: hsbench predict carve --data data/rgbd --split val --out pred/carve",
+    short_help="run a baseline over a data set",
+)
+@click.argument("method", required=False)
+@data_option
+@click.option("--out", type=FOLDER, metavar="DIR", help="Folder of the submission.")
+@click.option("--train", type=FOLDER, metavar="DIR", help="Data set whose split train fits the method; default: the same.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of methods that draw.")
+@click.option("--until", "until_s", type=float, metavar="S", help="Watch only so many seconds.")
+@click.option("--replace", is_flag=True, help="Replace --out if it exists.")
+@click.option("--list", "list_methods", is_flag=True, is_eager=True, help="List the methods (with --data anything).")
+def command(
+    method: str | None,
+    data: Path,
+    split: str | None,
+    out: Path | None,
+    train: Path | None,
+    seed: int,
+    until_s: float | None,
+    replace: bool,
+    list_methods: bool,
+) -> None:
+    """Run METHOD on every episode of a data set and write its answers as a submission."""
+    from hsbench.baselines.occlusion.methods import METHODS
+    from hsbench.baselines.occlusion.run import predict
+    from hsbench.datasets.dataset import load
+
+    if list_methods or method is None:
+        for item in METHODS.values():
+            click.echo(f"{item.name:<16}{item.track:<14}{item.summary}")
+        return
+    if out is None:
+        raise click.UsageError("--out DIR is missing: the folder the submission is written to")
+    dataset = load(data, split, until_s=until_s)
+    training = None if train is None else load(train, "train")
+    answers = predict(method, dataset, out, train=training, seed=seed, replace_out=replace)
+    count = sum(1 for _ in progress(answers, len(dataset), method))
+    click.echo(f"{out}: {count} predictions of {method}")
+    click.echo(f"next: hsbench check {out} --task scene-completion --data {data}" + (f" --split {split}" if split else ""))

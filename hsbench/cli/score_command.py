@@ -1,0 +1,45 @@
+"""``hsbench score``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hsbench.cli.common import ANY_PATH, data_option, interval, json_option, number, print_json
+
+
+@click.command(
+    epilog="Example: hsbench score pred/carve --task scene-completion --data data/rgbd --split val --out report.json",
+    short_help="score a submission into a report",
+)
+@click.argument("submission", type=ANY_PATH)
+@click.option("--task", "task_name", required=True, metavar="NAME")
+@data_option
+@click.option("--out", type=ANY_PATH, metavar="FILE", help="Write the report (JSON) here.")
+@click.option("--allow-missing", is_flag=True, help="Score missing episodes as the task's missing answer.")
+@json_option
+def command(
+    submission: Path, task_name: str, data: Path, split: str | None, out: Path | None, allow_missing: bool, as_json: bool
+) -> None:
+    """Check SUBMISSION, then score it: pooled metrics with 95 % intervals over scenes, and every episode's counts."""
+    from hsbench.datasets.dataset import load
+    from hsbench.evaluation.report import write_report
+    from hsbench.evaluation.score import score
+    from hsbench.tasks import task
+
+    report = score(submission, task(task_name), load(data, split, frames=False), allow_missing=allow_missing)
+    if out is not None:
+        write_report(out, report)
+    if as_json:
+        print_json(report.to_json())
+        return
+    counts = report.counts
+    click.echo(f"{report.method.method} (track {report.method.track}) on {report.dataset.name}, split {report.split}")
+    click.echo(f"{counts.scored} episodes of {counts.scenes} scenes scored, {counts.missing} missing, {counts.undefined} undefined")
+    for name, metric in report.metrics.items():
+        mark = "  <- primary" if name == report.primary.name else ""
+        click.echo(f"  {name:<34}{number(metric.value):>8}  {interval(metric.low, metric.high)}{mark}")
+    if out is not None:
+        click.echo(f"report: {out}")
+        click.echo(f"next: hsbench board add {out} --board DIR --year YEAR   or   hsbench compare {out} OTHER.json")

@@ -1,0 +1,138 @@
+"""Real captures as episodes: what the readers give, put into the schema; and a data set folder to hold them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from hsbench import __version__
+from hsbench.datasets.importers import kinect_csv, sscnet
+from hsbench.errors import DataError
+from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.grids import VoxelGrid
+from hsbench.io.atomic import write_json
+from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, write_index
+from hsbench.io.episodes import write_episode
+from hsbench.io.strict_json import read_json
+from hsbench.schema import SCHEMA_VERSION
+from hsbench.schema.categories import CATEGORIES, category
+from hsbench.schema.episode import Episode, EpisodeTruth, Frame, FrameList
+from hsbench.schema.occupancy import OccupancyTruth
+from hsbench.schema.poses import PoseTable
+from hsbench.schema.sensor import Sensor
+from hsbench.schema.skeletons import KINECT_V2
+from hsbench.schema.states import VoxelState
+from hsbench.truth.sight import depth_states
+from hsbench.typing import FloatArray, UInt8Array
+
+KINECT_V2_DEPTH = PinholeCamera(512, 424, 366.0, 366.0, 258.0, 208.0)
+"""Typical intrinsics of a Kinect v2's depth camera; a unit's own differ by a few pixels."""
+
+SUBSAMPLES = 3
+"""Points an axis at which the 2 cm labels are looked up in a voxel of 5 cm: closer than a label voxel is wide."""
+
+CATEGORY_OF_CLASS = {
+    **{name: name for name in ("ceiling", "floor", "wall", "window", "door", "chair", "bed", "sofa", "desk", "bookshelf")},
+    **{"table": "dining_table", "side_table": "side_table", "night_stand": "night_stand", "closets": "wardrobe"},
+    **{"kitchen_cabinet": "kitchen_counter", "lamp": "floor_lamp", "plants": "plant", "tvs": "television"},
+}
+"""SSCNet classes with a category of ours; every other labelled class becomes ``object``."""
+
+
+def sscnet_episode(frame: sscnet.SscnetFrame, episode_id: str, grid: VoxelGrid) -> Episode:
+    """One frame with its labelled volume: depth as input; on ``grid`` (episode frame), occupancy and states as truth.
+
+    A voxel is solid if any of 3 x 3 x 3 points in it has a label; it is ignored where its middle is unknown (255).
+    A volume without any label gives an episode without truth.
+    """
+    episode_T_camera, episode_T_ssc = sscnet.to_episode_frame(frame)
+    sensor = sensor_at(frame.camera, episode_T_camera)
+    input_frame = Frame(0, depth_m=frame.depth_m)
+    labels = frame.volume.labels
+    truth = None
+    if ((labels != sscnet.EMPTY) & (labels != sscnet.UNKNOWN)).any():
+        truth = EpisodeTruth(occupancy=_occupancy(frame, sensor, episode_T_ssc, grid))
+    return Episode(episode_id, "sscnet", sensor, FrameList((input_frame,)), None, 0, 0, truth=truth)
+
+
+def _occupancy(
+    frame: sscnet.SscnetFrame, sensor: Sensor, episode_T_ssc: FloatArray, grid: VoxelGrid
+) -> OccupancyTruth:
+    table = _category_table()
+    semantic = np.zeros(grid.shape, dtype=np.uint8)
+    offsets = ((np.arange(SUBSAMPLES) + 0.5) / SUBSAMPLES - 0.5) * grid.voxel_m
+    for shift in np.stack(np.meshgrid(offsets, offsets, offsets, indexing="ij"), axis=-1).reshape(-1, 3):
+        x, y, z = np.asarray(grid.origin_m) + shift
+        found = table[sscnet.resample_labels(frame.volume, episode_T_ssc, VoxelGrid((x, y, z), grid.shape, grid.voxel_m))]
+        semantic = np.where(semantic == 0, found, semantic)
+    middle = sscnet.resample_labels(frame.volume, episode_T_ssc, grid)
+    state = depth_states(grid, frame.camera, sensor.world_T_camera, frame.depth_m)
+    unknown = middle == sscnet.UNKNOWN
+    state[unknown & (semantic == 0)] = VoxelState.UNKNOWN
+    return OccupancyTruth(
+        grid=grid,
+        semantic=semantic,
+        instance=semantic.astype(np.uint16),  # the format knows classes, not instances
+        state=state,
+        ignored=unknown,
+        swept_s=np.full(grid.shape, np.inf, dtype=np.float32),
+    )
+
+
+def _category_table() -> UInt8Array:
+    """(256,) uint8: category id of every SSCNet label; empty and unknown are 0."""
+    table = np.zeros(256, dtype=np.uint8)
+    for label, name in enumerate(sscnet.CLASSES_36):
+        if label != sscnet.EMPTY:
+            table[label] = category(CATEGORY_OF_CLASS.get(name, "object")).category_id
+    return table
+
+
+def sensor_at(camera: PinholeCamera, episode_T_camera: FloatArray) -> Sensor:
+    """The RGB-D sensor whose pose in its episode frame is a given (4, 4); height, tilt and roll are read off it."""
+    rotation = episode_T_camera[:3, :3]
+    tilt = math.asin(float(np.clip(-rotation[2, 2], -1.0, 1.0)))
+    roll = math.asin(float(np.clip(-rotation[2, 0] / math.cos(tilt), -1.0, 1.0)))
+    return Sensor("rgbd", camera, float(episode_T_camera[2, 3]), tilt, roll)
+
+
+def kinect_episode(
+    recording: kinect_csv.KinectRecording, episode_id: str, height_m: float, tilt_rad: float
+) -> Episode:
+    """A skeleton recording as observed poses in the episode frame of a camera at ``height_m``, tilted by ``tilt_rad``."""
+    joints = kinect_csv.to_episode_frame(recording.joints_kinect_m, height_m, tilt_rad).astype(np.float32)
+    stamps = recording.timestamp_ns - recording.timestamp_ns[0]
+    tracks = np.ones(len(stamps), dtype=np.int32)
+    poses = PoseTable(KINECT_V2.name, stamps, tracks, recording.state, joints)
+    sensor = Sensor("rgbd", KINECT_V2_DEPTH, height_m, tilt_rad)
+    return Episode(episode_id, "kinect-csv", sensor, FrameList(), poses, 0, int(stamps[-1]))
+
+
+def add_capture(out: Path, episode: Episode, licence: str = "as the source") -> None:
+    """Write an episode into the data set folder ``out``, which is made if need be, and renew its index.
+
+    Raises DataError if the folder holds another data set, or the episode is there already.
+    """
+    description = {
+        "schema_version": SCHEMA_VERSION,
+        "hsbench_version": __version__,
+        "name": episode.dataset,
+        "splits_version": "none",
+        "licence": licence,
+        "categories": [asdict(c) for c in CATEGORIES],
+    }
+    path = out / DATASET_FILE
+    if path.exists():
+        found = read_json(path)
+        if found.get("name") != episode.dataset:
+            raise DataError(f"{out} holds data set {found.get('name')!r}; expected {episode.dataset!r} (choose another --out)")
+    elif out.exists() and any(out.iterdir()):
+        raise DataError(f"{out} is not empty and holds no {DATASET_FILE}; expected a new folder or a data set of imports")
+    else:
+        (out / EPISODES_FOLDER).mkdir(parents=True, exist_ok=True)
+        write_json(path, description)
+    write_episode(out / EPISODES_FOLDER / episode.episode_id, episode, episode.episode_id, "")
+    write_index(out)

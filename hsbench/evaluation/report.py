@@ -1,0 +1,179 @@
+"""The report: everything a score says, with what it was computed from and by. No time, host or path: the same
+submission on the same truth gives the same bytes anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hsbench.errors import DataError, SchemaError
+from hsbench.io.atomic import write_json
+from hsbench.io.plain import from_plain, to_plain
+from hsbench.io.strict_json import read_json
+from hsbench.submission.metadata import Metadata
+
+FORMAT = "hsbench-report/0"
+"""Written into every report file; raised when a field changes its meaning."""
+
+MAX_COUNT = 2**53
+"""Beyond it a count would not survive readers that know only floating point."""
+
+MAX_REPLICATES = 100_000
+"""So that recomputing a stranger's report ends."""
+
+
+@dataclass(frozen=True)
+class DatasetRef:
+    """Which data were scored: name, version, and sha256 of the manifest file that vouches for every byte."""
+
+    name: str
+    version: str
+    manifest_sha256: str
+
+
+@dataclass(frozen=True)
+class MetricValue:
+    """One pooled metric. None = undefined, never 0 or NaN.
+
+    low, high: percentile interval over scenes; None with a ``reason`` where there is none.
+    mean_over_episodes: of the episodes where it is defined; undefined_episodes: how many others there are.
+    """
+
+    value: float | None
+    low: float | None
+    high: float | None
+    mean_over_episodes: float | None
+    undefined_episodes: int
+    undefined_replicates: int
+    reason: str | None = None
+
+    def __post_init__(self) -> None:
+        if (self.low is None) != (self.high is None) or (
+            self.low is not None and self.high is not None and self.low > self.high
+        ):
+            raise SchemaError(f"interval {self.low} .. {self.high} is not one")
+
+
+@dataclass(frozen=True)
+class Primary:
+    """The number of the board: a metric of the report by name, repeated where nobody can miss it."""
+
+    name: str
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class EpisodeRow:
+    """One episode: whether its prediction was missing, and its sufficient statistics by name.
+
+    statistics: for completion, tp fp fn tn of each region.
+    """
+
+    episode_id: str
+    scene_id: str
+    missing: bool
+    statistics: Mapping[str, tuple[int, ...]]
+
+    def __post_init__(self) -> None:
+        for name, row in self.statistics.items():
+            if not all(0 <= count < MAX_COUNT for count in row):
+                raise SchemaError(f"episode {self.episode_id}: {name} holds {row}; expected counts 0 .. 2^53")
+
+
+@dataclass(frozen=True)
+class ReportCounts:
+    """Episodes with a prediction, without one (scored as the task's missing answer), with undefined primary; scenes."""
+
+    scored: int
+    missing: int
+    undefined: int
+    scenes: int
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What computed the numbers: package version, version of the protocol's rules, and the resampling."""
+
+    hsbench: str
+    protocol_version: str
+    seed: int
+    replicates: int
+    level: float
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.replicates <= MAX_REPLICATES or self.seed < 0:
+            raise SchemaError(
+                f"replicates {self.replicates}, seed {self.seed}; expected 1 .. {MAX_REPLICATES} and a seed >= 0"
+            )
+
+
+@dataclass(frozen=True)
+class Report:
+    """A scored submission. ``episodes`` ascend by id; pooled values follow from them alone (``pooled.recompute``)."""
+
+    task: str
+    task_version: str
+    protocol: str
+    dataset: DatasetRef
+    split: str
+    method: Metadata
+    primary: Primary
+    metrics: Mapping[str, MetricValue]
+    counts: ReportCounts
+    episodes: tuple[EpisodeRow, ...]
+    provenance: Provenance
+
+    def __post_init__(self) -> None:
+        ids = [row.episode_id for row in self.episodes]
+        if ids != sorted(set(ids)):
+            raise SchemaError("report.episodes do not ascend strictly by episode_id")
+        missing = sum(row.missing for row in self.episodes)
+        if (self.counts.scored, self.counts.missing) != (len(ids) - missing, missing):
+            raise SchemaError(
+                f"report.counts say {self.counts.scored} scored, {self.counts.missing} missing; "
+                f"episodes say {len(ids) - missing} and {missing}"
+            )
+        named = self.metrics.get(self.primary.name)
+        if named is None or (named.value, named.low, named.high) != (
+            self.primary.value,
+            self.primary.low,
+            self.primary.high,
+        ):
+            raise SchemaError(f"report.primary differs from report.metrics[{self.primary.name!r}]")
+        for item, said, got in (
+            ("task", self.task, self.method.task),
+            ("task_version", self.task_version, self.method.task_version),
+        ):
+            if said != got:
+                raise SchemaError(f"report.{item} is {said!r} but its submission says {got!r}")
+
+    def to_json(self) -> dict[str, Any]:
+        """The object of ``report.json``."""
+        return {"format": FORMAT, **to_plain(self)}
+
+    @classmethod
+    def from_json(cls, value: Any) -> Report:
+        """The inverse of ``to_json``. Raises DataError naming the item that is missing, unknown or wrong."""
+        if not isinstance(value, dict) or value.get("format") != FORMAT:
+            found = value.get("format") if isinstance(value, dict) else type(value).__name__
+            raise DataError(f"report.format is {found!r}; expected {FORMAT!r} (a report.json of another version?)")
+        return from_plain(cls, {key: item for key, item in value.items() if key != "format"}, "report")
+
+
+def write_report(path: str | Path, report: Report) -> None:
+    """Write ``report.json``, atomically; the same report gives the same bytes."""
+    write_json(path, report.to_json())
+
+
+def read_report(path: str | Path) -> Report:
+    """Read ``report.json``. Raises DataError naming the file and the item."""
+    value = read_json(path)
+    try:
+        return Report.from_json(value)
+    except DataError as error:
+        raise DataError(f"{path}: {error}") from error

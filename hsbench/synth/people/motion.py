@@ -1,0 +1,193 @@
+"""Motions of a person: walk a route, stand, sit down, get up, reach and return. Each continues where the last ended.
+
+A motion takes the frame before it (``Channels`` of one frame, or a longer line whose last frame counts) and gives the
+frames that follow. Lengths in metres, times in seconds, angles in radians, the scene's frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import ndimage
+
+from hsbench.geometry.numerics import quantise_m
+from hsbench.geometry.transforms import wrap_angle
+from hsbench.synth.people.body import Body
+from hsbench.synth.people.channels import Channels
+from hsbench.synth.people.gait import Feet, phase_of, smooth, walk_feet
+from hsbench.typing import FloatArray
+
+ACCELERATION_M_S2 = 0.9
+TURN_RATE_RAD_S = 1.9  # while walking a bend
+SPIN_RAD_S = 1.7  # mean, while turning on the spot
+SPIN_MIN_S = 0.35
+BLEND_TURN_RAD = 0.5  # a smaller turn is made while setting off
+SLOWEST_M_S = 0.12  # even in the sharpest corner
+SAMPLE_M = 0.02
+HEADING_WINDOW_M = 0.30  # a walker turns with the route's direction averaged over this length
+HEADING_SIGMA_S = 0.12
+FULL_GAIT_M_S = 0.85  # from this speed on a walk swings fully
+SIT_LEAN_RAD = 0.62  # bend half way down to a seat
+SEATED_LEAN_RAD = -0.06
+STEP_ONTO_M = 0.04  # feet that move by less than this slide instead of stepping
+STEP_LIFT_M = 0.06
+REACH_LOOK_RAD = (0.6, 0.5)  # most the head turns and bows to look at what a hand does
+
+
+@dataclass(frozen=True)
+class SeatPose:
+    """Where a seated person is: pelvis (x, y, z), heading, and the balls of both feet ((x, y, z), (x, y, z)), left first."""
+
+    pelvis_m: tuple[float, float, float]
+    yaw_rad: float
+    balls_m: tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def stand(start: Channels, duration_s: float, fps: float) -> Channels:
+    """Stay as one is."""
+    return start.hold(frames_of(duration_s, fps))
+
+
+def walk(
+    body: Body, start: Channels, route: FloatArray, end_yaw_rad: float | None, speed_m_s: float, fps: float
+) -> Channels:
+    """Turn towards a route (n, 2), walk it, and turn to ``end_yaw_rad`` (None: as one arrives).
+
+    The pelvis stays on the route exactly (to .1 mm), so that a route in free cells is a walk in free cells.
+    """
+    before = start.last()
+    yaw0 = float(before.yaw[0])
+    xy, heading = _along(route, speed_m_s, fps)
+    if len(xy):
+        heading = heading + (yaw0 + float(wrap_angle(heading[0] - yaw0)) - heading[0])
+    arrival = float(heading[-1]) if len(xy) else yaw0
+    departure = float(heading[0]) if len(xy) else yaw0
+    final = arrival if end_yaw_rad is None else arrival + float(wrap_angle(end_yaw_rad - arrival))
+    first_turn = _turn(yaw0, departure, fps) if abs(departure - yaw0) > BLEND_TURN_RAD else np.empty(0)
+    last_turn = _turn(arrival, final, fps)
+    origin = before.xy if len(xy) == 0 else xy[:1]
+    end = before.xy if len(xy) == 0 else xy[-1:]
+    places = np.concatenate([np.repeat(origin, len(first_turn), 0), xy, np.repeat(end, len(last_turn), 0)])
+    yaw = np.concatenate([first_turn, heading, last_turn])
+    if len(yaw) == 0:
+        return before.hold(1)
+    padded = np.concatenate([[yaw0], yaw, [final] * 3])
+    smoothed = ndimage.gaussian_filter1d(padded, HEADING_SIGMA_S * fps, mode="nearest")
+    easing = smooth(np.arange(len(padded)) / (3 * HEADING_SIGMA_S * fps))
+    padded = yaw0 + easing * (smoothed - yaw0)
+    ending = smooth(np.arange(len(padded))[::-1] / (3 * HEADING_SIGMA_S * fps))
+    padded = final + ending * (padded - final)
+    places = np.concatenate([before.xy, places, np.repeat(places[-1:], 3, 0)])
+    return _stepping(body, before, places, padded, fps)
+
+
+def sit_down(start: Channels, seat: SeatPose, duration_s: float, fps: float) -> Channels:
+    """From standing near a seat, with the back to it, onto it. ``backwards()`` of it is getting up again."""
+    before = start.last()
+    n = frames_of(duration_s, fps)
+    share = np.arange(1, n + 1) / n
+    down, back = smooth(share), smooth(np.clip(share * 1.15, 0, 1))
+    pelvis = np.array(seat.pelvis_m)
+    turn = float(wrap_angle(seat.yaw_rad - before.yaw[0]))
+    held = before.hold(n)
+    return replace(
+        held,
+        xy=before.xy + back[:, None] * (pelvis[:2] - before.xy),
+        height=before.height + down * (pelvis[2] - before.height),
+        yaw=before.yaw + smooth(np.clip(share * 1.5, 0, 1)) * turn,
+        lean=before.lean + down * (SEATED_LEAN_RAD - before.lean) + SIT_LEAN_RAD * np.sin(np.pi * share) ** 2,
+        seated=smooth(np.clip(1.4 * share - 0.4, 0, 1)),
+        feet=_step_over(before.feet, np.array(seat.balls_m), seat.yaw_rad, turn, share),
+    )
+
+
+def reach(
+    start: Channels, side: int, target: FloatArray, lean_rad: float, crouch_m: float, duration_s: float, fps: float
+) -> Channels:
+    """Move a hand (0 left, 1 right) to a point (3,), bending forward and going down a little. ``backwards()`` takes it back."""
+    before = start.last()
+    n = frames_of(duration_s, fps)
+    share = smooth(np.arange(1, n + 1) / n)
+    held = before.hold(n)
+    weights, targets = held.reach.copy(), held.target.copy()
+    weights[:, side], targets[:, side] = share, target
+    away = np.asarray(target)[:2] - before.xy[0]
+    turn = float(np.clip(wrap_angle(np.arctan2(away[1], away[0]) - before.yaw[0]), -REACH_LOOK_RAD[0], REACH_LOOK_RAD[0]))
+    gaze = np.array([turn, -REACH_LOOK_RAD[1] * min(1.0, max(0.0, 1.3 - float(target[2])))])
+    return replace(
+        held,
+        height=before.height - share * crouch_m,
+        lean=before.lean + share * (lean_rad - before.lean),
+        reach=weights,
+        target=targets,
+        look=before.look + share[:, None] * (gaze - before.look),
+    )
+
+
+def frames_of(duration_s: float, fps: float) -> int:
+    """Frames of a duration, at least one."""
+    return max(1, round(duration_s * fps))
+
+
+def _along(route: FloatArray, speed_m_s: float, fps: float) -> tuple[FloatArray, FloatArray]:
+    """(n, 2) route -> ((T, 2) places, (T,) continuous heading): starts and ends at rest, slow in bends."""
+    steps = np.sqrt(np.sum(np.diff(route, axis=0) ** 2, axis=1))
+    route = np.concatenate([route[:1], route[1:][steps > 0]])
+    at = np.concatenate([[0.0], np.cumsum(steps[steps > 0])])
+    if at[-1] < SAMPLE_M:
+        return np.empty((0, 2)), np.empty(0)
+    s = np.linspace(0.0, at[-1], max(3, int(np.ceil(at[-1] / SAMPLE_M)) + 1))
+    ds = s[1]
+    dense = np.stack([np.interp(s, at, route[:, a]) for a in (0, 1)], axis=1)
+    direction = np.unwrap(np.arctan2(*np.diff(dense, axis=0).T[::-1]))
+    window = max(1, round(HEADING_WINDOW_M / ds))
+    heading = np.interp(s, s[:-1] + ds / 2, ndimage.uniform_filter1d(direction, window, mode="nearest"))
+    bend = np.abs(np.gradient(heading, ds))
+    fastest = np.clip(TURN_RATE_RAD_S / np.maximum(bend, 1e-6), SLOWEST_M_S, speed_m_s) ** 2
+    fastest[[0, -1]] = 0.0
+    gained = 2 * ACCELERATION_M_S2 * s
+    fastest = np.minimum.accumulate(fastest - gained) + gained
+    fastest = (np.minimum.accumulate((fastest + gained)[::-1]))[::-1] - gained
+    speed = np.sqrt(np.maximum(fastest, 0.0))
+    time = np.concatenate([[0.0], np.cumsum(2 * ds / (speed[1:] + speed[:-1]))])
+    frames = np.arange(1, int(np.ceil(time[-1] * fps)) + 1) / fps
+    where = np.interp(frames, time, s)
+    places = quantise_m(np.stack([np.interp(where, at, route[:, a]) for a in (0, 1)], axis=1))
+    return places, np.interp(where, s, heading)
+
+
+def _turn(start_rad: float, end_rad: float, fps: float) -> FloatArray:
+    angle = end_rad - start_rad
+    if abs(angle) < 1e-3:
+        return np.empty(0)
+    n = frames_of(SPIN_MIN_S + abs(angle) / SPIN_RAD_S, fps)
+    return np.asarray(start_rad + smooth(np.arange(1, n + 1) / n) * angle)
+
+
+def _stepping(body: Body, before: Channels, xy: FloatArray, yaw: FloatArray, fps: float) -> Channels:
+    """A walk with feet; row 0 of xy (T + 1, 2) and yaw (T + 1,) is the frame before it."""
+    phase = phase_of(body, xy, yaw, fps)
+    first = 0 if yaw[min(len(yaw) - 1, round(fps / 2))] >= yaw[0] else 1
+    feet = walk_feet(body, before.feet.last(), xy, yaw, phase, first)
+    speed = np.sqrt(np.sum(np.gradient(xy, axis=0) ** 2, axis=1)) * fps
+    gain = ndimage.uniform_filter1d(smooth(speed / FULL_GAIT_M_S), max(1, round(fps / 3)), mode="constant")
+    held = before.hold(len(yaw) - 1)
+    return replace(
+        held, xy=xy[1:], yaw=yaw[1:], gain=gain[1:], phase=phase[1:] + (1 if first == 0 else 0),
+        feet=Feet(feet.ball[1:], feet.yaw[1:], feet.pitch[1:]),
+    )  # fmt: skip
+
+
+def _step_over(feet: Feet, balls: FloatArray, yaw_rad: float, turn: float, share: FloatArray) -> Feet:
+    """(1, ...) feet to balls (2, 3): one after the other, lifted if they have some way to go."""
+    n = len(share)
+    ball, foot_yaw = np.empty((n, 2, 3)), np.empty((n, 2))
+    for side in (0, 1):
+        part = smooth((share - 0.3 * side) / 0.6)
+        way = balls[side] - feet.ball[0, side]
+        ball[:, side] = feet.ball[0, side] + part[:, None] * way
+        if np.sqrt(np.sum(way[:2] ** 2)) > STEP_ONTO_M:
+            ball[:, side, 2] += STEP_LIFT_M * np.sin(np.pi * part) ** 2
+        foot_yaw[:, side] = feet.yaw[0, side] + part * turn
+    return Feet(ball, foot_yaw, np.zeros((n, 2)))
