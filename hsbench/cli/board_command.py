@@ -16,7 +16,9 @@ def command() -> None:
 
 def board_option(function: F) -> F:
     """``--board DIR``."""
-    return click.option("--board", required=True, type=FOLDER, metavar="DIR", help="Root folder of the boards.")(function)
+    return click.option("--board", required=True, type=FOLDER, metavar="DIR", help="Root folder of the boards.")(
+        function
+    )
 
 
 @command.command(epilog="Example: hsbench board add report.json --board board --name carve --year 2026")

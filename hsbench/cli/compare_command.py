@@ -9,7 +9,10 @@ import click
 from hsbench.cli.common import ANY_PATH, interval, json_option, number, print_json
 
 
-@click.command(epilog="Example: hsbench compare carve.json all-solid.json", short_help="is the difference between two reports real?")
+@click.command(
+    epilog="Example: hsbench compare carve.json all-solid.json",
+    short_help="is the difference between two reports real?",
+)
 @click.argument("report_a", type=ANY_PATH)
 @click.argument("report_b", type=ANY_PATH)
 @json_option
@@ -23,12 +26,19 @@ def command(report_a: Path, report_b: Path, as_json: bool) -> None:
     if as_json:
         print_json(to_plain(result))
         return
-    click.echo(f"{result.method_a} less {result.method_b}: {result.episodes} episodes of {result.scenes} scenes, split {result.split}")
+    click.echo(
+        f"{result.method_a} less {result.method_b}: "
+        f"{result.episodes} episodes of {result.scenes} scenes, split {result.split}"
+    )
     if result.unpaired:
         click.echo(f"{result.unpaired} episodes are in one report only and left out")
     for name, difference in result.differences.items():
         estimate = number(difference.estimate)
         mark = "  <- primary" if name == result.primary_metric else ""
         click.echo(f"  {name:<34}{estimate:>9}  {interval(difference.low, difference.high)}{mark}")
-    verdict = {None: "too few scenes for an interval", True: "the interval excludes zero", False: "the interval holds zero"}
+    verdict = {
+        None: "too few scenes for an interval",
+        True: "the interval excludes zero",
+        False: "the interval holds zero",
+    }
     click.echo(f"primary: {verdict[result.is_real]}")

@@ -72,7 +72,7 @@ def _renderer() -> Finding:
     found = ", ".join(f"{key} {value}" for key, value in facts.items() if value)
     if facts.get("egl"):
         return Finding("rendering", "ok", found)
-    advice = "pictures come from the ray caster, which is slower; for OpenGL on Debian: apt-get install libegl1 libgl1 libgl1-mesa-dri"
+    advice = "the slower ray caster draws; for OpenGL on Debian: apt-get install libegl1 libgl1 libgl1-mesa-dri"
     return Finding("rendering", "absent", found or "no renderer", advice)
 
 
@@ -81,18 +81,22 @@ def _resources() -> list[Finding]:
     for kind in KINDS:
         try:
             found = resource(kind)
-            findings.append(Finding(kind, "ok", ", ".join(sorted(p.name for p in found.iterdir() if p.is_dir())) or "empty"))
+            findings.append(
+                Finding(kind, "ok", ", ".join(sorted(p.name for p in found.iterdir() if p.is_dir())) or "empty")
+            )
         except HsbenchError as error:
             findings.append(Finding(kind, "broken", str(error), "install hsbench again"))
     return findings
 
 
 def _cache() -> Finding:
-    """numba keeps compiled kernels beside the package; where that is read-only it needs a folder of its own."""
+    """Numba keeps compiled kernels beside the package; where that is read-only it needs a folder of its own."""
     place = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).resolve().parents[1])
     if os.access(place, os.W_OK):
         return Finding("kernel cache", "ok", "writable")
-    return Finding("kernel cache", "absent", "the package folder is read-only", "set NUMBA_CACHE_DIR to a writable folder")
+    return Finding(
+        "kernel cache", "absent", "the package folder is read-only", "set NUMBA_CACHE_DIR to a writable folder"
+    )
 
 
 def _disk() -> Finding:

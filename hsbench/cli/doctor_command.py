@@ -20,5 +20,8 @@ def command(context: click.Context, as_json: bool) -> None:
     else:
         width = max(len(f.item) for f in findings)
         for f in findings:
-            click.echo(f"{f.state:<8}{f.item:<{width + 2}}{f.found}" + (f"\n{'':<8}{'':<{width + 2}}-> {f.advice}" if f.advice else ""))
+            click.echo(
+                f"{f.state:<8}{f.item:<{width + 2}}{f.found}"
+                + (f"\n{'':<8}{'':<{width + 2}}-> {f.advice}" if f.advice else "")
+            )
     context.exit(2 if any(f.state == "broken" for f in findings) else 0)

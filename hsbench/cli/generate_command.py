@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -17,8 +18,12 @@ from hsbench.errors import HsbenchError
 @click.argument("recipe")
 @click.option("--size", type=click.Choice(["mini", "small", "full"]), default="mini", show_default=True)
 @click.option("--split", metavar="NAME", help="Only this split: train, val, test-seen, test-novel.")
-@click.option("--episodes", metavar="A:B", help="Only these positions of what size and split choose, as in a Python slice.")
-@click.option("--out", required=True, type=FOLDER, metavar="DIR", help="Folder of the data set; continued if it was begun.")
+@click.option(
+    "--episodes", metavar="A:B", help="Only these positions of what size and split choose, as in a Python slice."
+)
+@click.option(
+    "--out", required=True, type=FOLDER, metavar="DIR", help="Folder of the data set; continued if it was begun."
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 @click.option(
@@ -38,7 +43,7 @@ def command(
     seed: int,
     workers: int,
     frames: str,
-    renderer: str,
+    renderer: Literal["auto", "pyrender", "raycast"],
 ) -> None:
     """Make a data set from RECIPE, a bundled recipe's name or the path of a folder with one.
 
@@ -51,7 +56,9 @@ def command(
 
     units = read_splits(find_recipe(recipe).name).numbers(size, split)[parse_slice(episodes)]
     if not units:
-        raise HsbenchError(f"--episodes {episodes} chooses nothing of size {size}" + (f", split {split}" if split else ""))
+        raise HsbenchError(
+            f"--episodes {episodes} chooses nothing of size {size}" + (f", split {split}" if split else "")
+        )
     job = Job(recipe, seed, tuple(units), frames, renderer)
     made = sum(1 for _ in progress(generate(job, out, workers), len(units), "generate"))
     click.echo(f"{out}: {len(units)} episodes ({made} made now)")

@@ -39,15 +39,26 @@ def sscnet(depth_png: Path, volume_bin: Path, out: Path, name: str | None) -> No
     click.echo(f"next: hsbench predict all-solid --data {out} --out pred")
 
 
-@command.command(name="kinect-csv", epilog="Example: hsbench import kinect-csv wave.csv --out data/kinect --map map.png")
+@command.command(
+    name="kinect-csv", epilog="Example: hsbench import kinect-csv wave.csv --out data/kinect --map map.png"
+)
 @click.argument("recording_csv", type=FILE)
 @click.option("--out", required=True, type=FOLDER, metavar="DIR", help="Data set folder; episodes are added to it.")
 @click.option("--name", metavar="ID", help="Episode id; default: the file's name.")
-@click.option("--height", "height_m", type=float, metavar="M", help="Camera height; default: estimated from standing poses.")
+@click.option(
+    "--height", "height_m", type=float, metavar="M", help="Camera height; default: estimated from standing poses."
+)
 @click.option("--tilt", "tilt_deg", type=float, metavar="DEG", help="Camera tilt downwards; default: estimated.")
-@click.option("--map", "map_png", type=ANY_PATH, metavar="FILE", help="Also draw the activity map seen from above (PNG).")
+@click.option(
+    "--map", "map_png", type=ANY_PATH, metavar="FILE", help="Also draw the activity map seen from above (PNG)."
+)
 def kinect(
-    recording_csv: Path, out: Path, name: str | None, height_m: float | None, tilt_deg: float | None, map_png: Path | None
+    recording_csv: Path,
+    out: Path,
+    name: str | None,
+    height_m: float | None,
+    tilt_deg: float | None,
+    map_png: Path | None,
 ) -> None:
     """A Kinect v2 skeleton recording (LabanotationSuite CSV) as observed poses."""
     from hsbench.datasets.importers.captures import add_capture, kinect_episode

@@ -20,7 +20,9 @@ def command(data: Path, as_json: bool) -> None:
     dataset = load(data)
     description = dataset.description
     splits = {}
-    for name in sorted({r["split"] for r in dataset.rows}, key=lambda s: SPLITS.index(s) if s in SPLITS else len(SPLITS)):
+    for name in sorted(
+        {r["split"] for r in dataset.rows}, key=lambda s: SPLITS.index(s) if s in SPLITS else len(SPLITS)
+    ):
         rows = [r for r in dataset.rows if r["split"] == name]
         splits[name] = {
             "episodes": len(rows),
@@ -29,7 +31,9 @@ def command(data: Path, as_json: bool) -> None:
             "frames": sum(r["n_frames"] for r in rows),
             "poses": sum(r["n_poses"] for r in rows),
         }
-    facts = {key: description.get(key) for key in ("name", "schema_version", "seed", "splits_version", "frames", "licence")}
+    facts = {
+        key: description.get(key) for key in ("name", "schema_version", "seed", "splits_version", "frames", "licence")
+    }
     if as_json:
         print_json({**facts, "manifest_sha256": dataset.manifest_sha256, "splits": splits})
         return
@@ -37,5 +41,6 @@ def command(data: Path, as_json: bool) -> None:
     click.echo(f"{'split':<12}{'episodes':>9}{'scenes':>8}{'hours':>8}{'frames':>9}{'poses':>10}")
     for name, row in splits.items():
         click.echo(
-            f"{name or '(none)':<12}{row['episodes']:>9}{row['scenes']:>8}{row['hours']:>8.2f}{row['frames']:>9}{row['poses']:>10}"
+            f"{name or '(none)':<12}{row['episodes']:>9}{row['scenes']:>8}{row['hours']:>8.2f}"
+            f"{row['frames']:>9}{row['poses']:>10}"
         )

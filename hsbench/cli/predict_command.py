@@ -16,7 +16,9 @@ from hsbench.cli.common import FOLDER, data_option, progress
 @click.argument("method", required=False)
 @data_option
 @click.option("--out", type=FOLDER, metavar="DIR", help="Folder of the submission.")
-@click.option("--train", type=FOLDER, metavar="DIR", help="Data set whose split train fits the method; default: the same.")
+@click.option(
+    "--train", type=FOLDER, metavar="DIR", help="Data set whose split train fits the method; default: the same."
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of methods that draw.")
 @click.option("--until", "until_s", type=float, metavar="S", help="Watch only so many seconds.")
 @click.option("--replace", is_flag=True, help="Replace --out if it exists.")
@@ -48,4 +50,6 @@ def command(
     answers = predict(method, dataset, out, train=training, seed=seed, replace_out=replace)
     count = sum(1 for _ in progress(answers, len(dataset), method))
     click.echo(f"{out}: {count} predictions of {method}")
-    click.echo(f"next: hsbench check {out} --task scene-completion --data {data}" + (f" --split {split}" if split else ""))
+    click.echo(
+        f"next: hsbench check {out} --task scene-completion --data {data}" + (f" --split {split}" if split else "")
+    )

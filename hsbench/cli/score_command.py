@@ -20,7 +20,13 @@ from hsbench.cli.common import ANY_PATH, data_option, interval, json_option, num
 @click.option("--allow-missing", is_flag=True, help="Score missing episodes as the task's missing answer.")
 @json_option
 def command(
-    submission: Path, task_name: str, data: Path, split: str | None, out: Path | None, allow_missing: bool, as_json: bool
+    submission: Path,
+    task_name: str,
+    data: Path,
+    split: str | None,
+    out: Path | None,
+    allow_missing: bool,
+    as_json: bool,
 ) -> None:
     """Check SUBMISSION, then score it: pooled metrics with 95 % intervals over scenes, and every episode's counts."""
     from hsbench.datasets.dataset import load
@@ -36,7 +42,10 @@ def command(
         return
     counts = report.counts
     click.echo(f"{report.method.method} (track {report.method.track}) on {report.dataset.name}, split {report.split}")
-    click.echo(f"{counts.scored} episodes of {counts.scenes} scenes scored, {counts.missing} missing, {counts.undefined} undefined")
+    click.echo(
+        f"{counts.scored} episodes of {counts.scenes} scenes scored, "
+        f"{counts.missing} missing, {counts.undefined} undefined"
+    )
     for name, metric in report.metrics.items():
         mark = "  <- primary" if name == report.primary.name else ""
         click.echo(f"  {name:<34}{number(metric.value):>8}  {interval(metric.low, metric.high)}{mark}")

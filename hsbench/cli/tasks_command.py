@@ -14,7 +14,9 @@ def command(as_json: bool) -> None:
     from hsbench.tasks import TASKS
 
     if as_json:
-        print_json([{"name": t.name, "version": t.version, "dataset": t.dataset, "title": t.title} for t in TASKS.values()])
+        print_json(
+            [{"name": t.name, "version": t.version, "dataset": t.dataset, "title": t.title} for t in TASKS.values()]
+        )
         return
     for task in TASKS.values():
         click.echo(f"{task.name} {task.version}  {task.title} (data {task.dataset}, primary {task.primary_metric})")

@@ -32,14 +32,21 @@ def _pictures(episode: Episode) -> list[str]:
         frame = episode.frames[index]
         for name, image in (("rgb", frame.rgb), ("depth_m", frame.depth_m)):
             if image is not None and image.shape[:2] != expected:
-                faults.append(f"frame {index} {name} has size {image.shape[:2]}; expected {expected} as the camera says")
+                faults.append(
+                    f"frame {index} {name} has size {image.shape[:2]}; expected {expected} as the camera says"
+                )
     return faults
 
 
 def _states(episode: Episode) -> list[str]:
     """The states stored with truth follow from the clean picture at t0."""
     truth = episode.truth
-    if truth is None or truth.occupancy is None or truth.frames is None or not isinstance(episode.sensor.camera, PinholeCamera):
+    if (
+        truth is None
+        or truth.occupancy is None
+        or truth.frames is None
+        or not isinstance(episode.sensor.camera, PinholeCamera)
+    ):
         return []
     depth = truth.frames[0].depth_m
     if depth is None:
@@ -51,7 +58,9 @@ def _states(episode: Episode) -> list[str]:
         return ["no voxel of the truth grid is in view"]
     share = float(np.mean(states[in_view] == stored[in_view]))
     if share < STATE_AGREEMENT:
-        return [f"voxel states agree with the depth at t0 on {share:.2%}; expected {STATE_AGREEMENT:.1%} (another frame?)"]
+        return [
+            f"voxel states agree with the depth at t0 on {share:.2%}; expected {STATE_AGREEMENT:.1%} (another frame?)"
+        ]
     return []
 
 
@@ -69,4 +78,8 @@ def _poses(episode: Episode) -> list[str]:
         return ["an observed pose is matched to a true pose of another time"]
     error = np.linalg.norm(observed.joints_m[matched] - true[rows], axis=-1)
     median = float(np.nanmedian(error))
-    return [f"observed joints lie {median:.2f} m from the true ones (median); expected < {POSE_ERROR_M} m"] if median > POSE_ERROR_M else []
+    return (
+        [f"observed joints lie {median:.2f} m from the true ones (median); expected < {POSE_ERROR_M} m"]
+        if median > POSE_ERROR_M
+        else []
+    )

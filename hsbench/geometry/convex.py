@@ -82,7 +82,9 @@ class ConvexSolid:
         edges = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]])
         directed = {(int(a), int(b)) for a, b in edges}
         if len(directed) != len(edges) or any((b, a) not in directed for a, b in directed):
-            raise SchemaError("solid is not closed: some edge has no opposite partner (are triangles missing or flipped?)")
+            raise SchemaError(
+                "solid is not closed: some edge has no opposite partner (are triangles missing or flipped?)"
+            )
         if self.volume_m3 <= 0:
             raise SchemaError(f"solid has volume {self.volume_m3:.3g} m3; expected > 0 (are the triangles inside out?)")
         excess = (self.vertices @ self.planes[:, :3].T - self.planes[:, 3]).max()
@@ -94,7 +96,7 @@ def box(size_m: Sequence[float], centre_m: Sequence[float] = (0.0, 0.0, 0.0)) ->
     """An axis-aligned box of full size (x, y, z) about a centre, in metres."""
     x, y, z = (s / 2 for s in size_m)
     cx, cy, cz = centre_m
-    outline = np.array([[-x, -y], [x, -y], [x, y], [-x, y]]) + (cx, cy)
+    outline = (*np.array([[-x, -y], [x, -y], [x, y], [-x, y]]), cx, cy)
     return frustum(outline, outline, cz - z, cz + z)
 
 
@@ -112,7 +114,9 @@ def frustum(bottom_xy: FloatArray, top_xy: FloatArray, z0_m: float, z1_m: float)
     bottom_xy, top_xy = np.asarray(bottom_xy, dtype=np.float64), np.asarray(top_xy, dtype=np.float64)
     n = len(bottom_xy)
     if bottom_xy.shape != top_xy.shape or bottom_xy.shape[1:] != (2,) or n < 3:
-        raise SchemaError(f"frustum has outlines of shape {bottom_xy.shape} and {top_xy.shape}; expected equal (n >= 3, 2)")
+        raise SchemaError(
+            f"frustum has outlines of shape {bottom_xy.shape} and {top_xy.shape}; expected equal (n >= 3, 2)"
+        )
     if z1_m <= z0_m:
         raise SchemaError(f"frustum reaches from z = {z0_m} to {z1_m} m; expected the top above the bottom")
     vertices = np.vstack([np.column_stack([bottom_xy, np.full(n, z0_m)]), np.column_stack([top_xy, np.full(n, z1_m)])])
@@ -132,11 +136,13 @@ def regular_outline(radius_m: float, sides: int, centre_xy: Sequence[float] = (0
 
 
 def cylinder(
-    radius_m: float, z0_m: float, z1_m: float, centre_xy: Sequence[float] = (0.0, 0.0), sides: int = 16,
+    radius_m: float,
+    z0_m: float,
+    z1_m: float,
+    centre_xy: Sequence[float] = (0.0, 0.0),
+    sides: int = 16,
     top_radius_m: float | None = None,
 ) -> ConvexSolid:
     """An upright cylinder (or cone frustum, with ``top_radius_m``) as a prism of ``sides`` faces."""
     top = radius_m if top_radius_m is None else top_radius_m
-    return frustum(
-        regular_outline(radius_m, sides, centre_xy), regular_outline(top, sides, centre_xy), z0_m, z1_m
-    )
+    return frustum(regular_outline(radius_m, sides, centre_xy), regular_outline(top, sides, centre_xy), z0_m, z1_m)

@@ -25,7 +25,7 @@ PARALLEL = 1e-12  # a ray whose direction meets a plane's normal at less than th
 
 @dataclass(frozen=True, eq=False)
 class PackedSolids:
-    """N convex solids as flat arrays: planes (P, 4), start (N + 1,) rows of each solid, corners (C, 3) and their start."""
+    """N convex solids as flat arrays: planes (P, 4), first row of each solid (N + 1,), and corners (C, 3) likewise."""
 
     planes: FloatArray
     plane_start: IntArray
@@ -68,7 +68,9 @@ def segments_blocked(origin: FloatArray, targets: FloatArray, solids: PackedSoli
     A target inside a solid, or an origin inside one, counts as blocked; touching a face from outside does not.
     """
     targets = np.ascontiguousarray(targets, dtype=np.float64)
-    return np.asarray(_segments_blocked(np.asarray(origin, dtype=np.float64), targets, solids.planes, solids.plane_start))
+    return np.asarray(
+        _segments_blocked(np.asarray(origin, dtype=np.float64), targets, solids.planes, solids.plane_start)
+    )
 
 
 def cast(
@@ -77,7 +79,9 @@ def cast(
     """The exact image of solids (in the world frame) with ``owner`` (N,) int32 in 0..n_owners - 1, ascending."""
     owner = np.asarray(owner, dtype=np.int32)
     if len(owner) != len(solids) or (np.diff(owner) < 0).any():
-        raise SchemaError(f"owner has {len(owner)} entries for {len(solids)} solids, or descends; expected one a solid, ascending")
+        raise SchemaError(
+            f"owner has {len(owner)} entries for {len(solids)} solids, or descends; expected one a solid, ascending"
+        )
     rotation, translation = world_T_camera[:3, :3], world_T_camera[:3, 3]
     planes = np.column_stack(
         [solids.planes[:, :3] @ rotation, solids.planes[:, 3] - solids.planes[:, :3] @ translation]

@@ -59,7 +59,9 @@ def read_index(root: Path) -> list[dict[str, Any]]:
     """The rows of the index. Raises DataError where it is missing, damaged or lacks a column."""
     path = root / INDEX_FILE
     if not path.exists():
-        hint = "is this a data set?" if not (root / DATASET_FILE).exists() else "was its generation stopped? run it again"
+        hint = (
+            "is this a data set?" if not (root / DATASET_FILE).exists() else "was its generation stopped? run it again"
+        )
         raise DataError(f"{path} is missing ({hint})")
     table = read_parquet(path)
     require_columns(table, str(path), tuple(INDEX_SCHEMA.names))

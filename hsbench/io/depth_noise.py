@@ -82,6 +82,10 @@ def add_noise(depth_m: AnyArray, noise: DepthNoise | None, rng: np.random.Genera
     noisy = depth + sigma * rng.standard_normal(shape, dtype=np.float32)
     kernel = np.ones((3, 3), dtype=np.uint8)
     edge = cv2.dilate(clean, kernel) - cv2.erode(clean, kernel) > noise.edge_step_m
-    lost = (depth < noise.near_m) | (depth > noise.far_m) | (edge & (rng.random(shape, dtype=np.float32) < noise.edge_loss))
+    lost = (
+        (depth < noise.near_m)
+        | (depth > noise.far_m)
+        | (edge & (rng.random(shape, dtype=np.float32) < noise.edge_loss))
+    )
     noisy[lost] = 0.0
     return (np.rint(noisy * MM_PER_M) / MM_PER_M).astype(np.float32)

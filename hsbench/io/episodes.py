@@ -25,7 +25,15 @@ from hsbench.errors import DataError, SchemaError
 from hsbench.io.arrays import load_npz, write_npz
 from hsbench.io.atomic import atomic_folder, write_json
 from hsbench.io.checksums import manifest
-from hsbench.io.frame_store import Film, ImageFrames, Recording, RecordingFrames, RecordingTruth, write_images, write_recording
+from hsbench.io.frame_store import (
+    Film,
+    ImageFrames,
+    Recording,
+    RecordingFrames,
+    RecordingTruth,
+    write_images,
+    write_recording,
+)
 from hsbench.io.images import depth_to_mm
 from hsbench.io.strict_json import read_json
 from hsbench.schema import SCHEMA_VERSION, codec
@@ -122,9 +130,7 @@ def _write_truth(folder: Path, truth: EpisodeTruth) -> None:
         write_npz(folder / "affordance.npz", **codec.affordance_to_arrays(truth.affordance))
 
 
-def read_episode(
-    folder: Path, *, truth: bool = False, frames: bool = True, depth_noise: str | None = None
-) -> Episode:
+def read_episode(folder: Path, *, truth: bool = False, frames: bool = True, depth_noise: str | None = None) -> Episode:
     """An episode from its folder; tables are read, frames decoded when indexed.
 
     truth: also hand out everything under ``truth``. frames: False leaves pictures out (the ``poses`` track).
@@ -157,7 +163,9 @@ def read_episode(
     except SchemaError as error:
         raise SchemaError(f"{folder}: {error}") from error
     except (KeyError, TypeError) as error:
-        raise DataError(f"{folder}: {type(error).__name__} on {error}; expected an episode of schema {SCHEMA_VERSION}") from error
+        raise DataError(
+            f"{folder}: {type(error).__name__} on {error}; expected an episode of schema {SCHEMA_VERSION}"
+        ) from error
 
 
 def _read_frames(folder: Path, descriptor: dict[str, Any], noise: dict[str, Any] | None) -> Frames:

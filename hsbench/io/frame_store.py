@@ -56,7 +56,7 @@ class Picture:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """What differs from the background at one time: the picture of a window at (row, column), where ``mask`` (h, w) is true."""
+    """What differs from the background at one time: a window at (row, column), where ``mask`` (h, w) is true."""
 
     timestamp_ns: int
     row: int
@@ -176,7 +176,9 @@ class Recording:
             picture.depth_mm[window][mask] = np.frombuffer(row["depth_mm"], dtype="<u2")
             picture.instance[window][mask] = np.frombuffer(row["instance"], dtype="<u2")
         except (ValueError, IndexError) as error:
-            raise DataError(f"{self.folder / 'patches.parquet'} frame {frame} does not fit its mask ({error})") from error
+            raise DataError(
+                f"{self.folder / 'patches.parquet'} frame {frame} does not fit its mask ({error})"
+            ) from error
         return picture
 
     def __reduce__(self) -> tuple[type[Recording], tuple[Path]]:
@@ -238,7 +240,7 @@ class RecordingTruth:
 
 @dataclass(frozen=True, eq=False)
 class ImageFrames:
-    """Imported footage: ``frames.parquet`` (frame, timestamp_ns) beside ``000000_rgb.png`` and/or ``000000_depth.png`` (mm)."""
+    """Imported footage: ``frames.parquet`` (frame, timestamp_ns), ``000000_rgb.png`` and/or ``000000_depth.png`` (mm)."""
 
     folder: Path
 
@@ -270,5 +272,7 @@ def write_images(folder: Path, frames: Iterable[tuple[int, UInt8Array | None, UI
             write_png(folder / f"{index:06d}_rgb.png", rgb)
         if depth_mm is not None:
             write_png(folder / f"{index:06d}_depth.png", depth_mm)
-    table = pa.table({"frame": pa.array(np.arange(len(stamps), dtype=np.int32)), "timestamp_ns": pa.array(stamps, pa.int64())})
+    table = pa.table(
+        {"frame": pa.array(np.arange(len(stamps), dtype=np.int32)), "timestamp_ns": pa.array(stamps, pa.int64())}
+    )
     pq.write_table(table, folder / "frames.parquet")

@@ -28,7 +28,9 @@ def read_uint16(path: Path) -> UInt16Array:
     if image is None:
         raise DataError(f"{path} is missing or no readable image")
     if image.dtype != np.uint16 or image.ndim != 2:
-        raise DataError(f"{path} is {image.dtype} with shape {image.shape}; expected one 16-bit channel (was it saved as 8 bit?)")
+        raise DataError(
+            f"{path} is {image.dtype} with shape {image.shape}; expected one 16-bit channel (was it saved as 8 bit?)"
+        )
     return np.asarray(image, dtype=np.uint16)
 
 

@@ -17,4 +17,6 @@ def resource(kind: str) -> Path:
     for folder in (PACKAGE / "bundled" / kind, PACKAGE.parent / kind):
         if folder.is_dir():
             return folder
-    raise DataError(f"the folder {kind}/ is neither in the installed package nor beside it (is the installation whole?)")
+    raise DataError(
+        f"the folder {kind}/ is neither in the installed package nor beside it (is the installation whole?)"
+    )

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hsbench.errors import DataError
-from hsbench.io.strict_json import read_json
 from hsbench.io.resources import resource
+from hsbench.io.strict_json import read_json
 
 SPLITS = ("train", "val", "test-seen", "test-novel")
 
@@ -54,4 +54,6 @@ def read_splits(dataset: str, version: str = "v0") -> Splits:
             },
         )
     except (KeyError, TypeError, ValueError) as error:
-        raise DataError(f"{path}: {type(error).__name__} on {error}; expected dataset, version, status, first_scene, sizes") from error
+        raise DataError(
+            f"{path}: {type(error).__name__} on {error}; expected dataset, version, status, first_scene, sizes"
+        ) from error

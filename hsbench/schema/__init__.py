@@ -1,6 +1,6 @@
 """The common schema: what an episode of any sensor is, whether generated or captured.
 
-Frozen dataclasses that cannot be built wrong, and their plain forms (``codec``). Files are the business of ``hsbench.io``.
+Frozen dataclasses that cannot be built wrong, and their plain forms (``codec``). Files are for ``hsbench.io``.
 """
 
 from hsbench.schema.categories import CATEGORIES, STRUCTURE, Category, category

@@ -66,7 +66,9 @@ def exact_keys(value: Mapping[str, Any], name: str, keys: tuple[str, ...]) -> Ma
     """``value`` if it has exactly these keys. Raises SchemaError naming what is missing or unknown."""
     missing, unknown = set(keys) - set(value), set(value) - set(keys)
     if missing or unknown:
-        raise SchemaError(f"{name} lacks {sorted(missing)} and has unknown {sorted(unknown)}; expected exactly {list(keys)}")
+        raise SchemaError(
+            f"{name} lacks {sorted(missing)} and has unknown {sorted(unknown)}; expected exactly {list(keys)}"
+        )
     return value
 
 
@@ -74,7 +76,7 @@ def exact_keys(value: Mapping[str, Any], name: str, keys: tuple[str, ...]) -> Ma
 
 
 def poses_to_table(poses: PoseTable) -> pa.Table:
-    """Poses as columns timestamp_ns, track_id, joint_state, and joints_m and/or joints_px, lists flattened joint by joint."""
+    """Poses as columns timestamp_ns, track_id, joint_state, and joints_m and/or joints_px, flattened joint by joint."""
     columns: dict[str, pa.Array] = {
         "timestamp_ns": pa.array(poses.timestamp_ns),
         "track_id": pa.array(poses.track_id),
@@ -119,7 +121,9 @@ def true_poses_from_tables(poses: pa.Table, match: pa.Table) -> TruePoseTable:
     """The inverse of ``true_poses_to_tables``."""
     require_columns(poses, "true poses", ("action",))
     require_columns(match, "match", ("true_row",))
-    return TruePoseTable(poses_from_table(poses), _values(poses, "action", np.uint8), _values(match, "true_row", np.int64))
+    return TruePoseTable(
+        poses_from_table(poses), _values(poses, "action", np.uint8), _values(match, "true_row", np.int64)
+    )
 
 
 def events_to_table(events: EventTable) -> pa.Table:
@@ -156,7 +160,8 @@ def events_from_table(table: pa.Table) -> EventTable:
 
 def scene_to_plain(scene: Scene) -> tuple[JsonObject, Arrays]:
     """(description, geometry): part k of the description owns vertex rows vertex_start[k]:[k + 1] of the arrays,
-    in its object's frame, and likewise triangles; triangle indices count from the part's first vertex."""
+    in its object's frame, and likewise triangles; triangle indices count from the part's first vertex.
+    """
     parts = [part for item in scene.objects for part in item.parts]
     description = {
         "scene_id": scene.scene_id,
@@ -241,7 +246,7 @@ def grid_from_json(value: Mapping[str, Any]) -> VoxelGrid:
 
 
 def occupancy_to_arrays(occupancy: OccupancyTruth) -> Arrays:
-    """Occupancy truth as arrays; bits are packed along z (little bit order), the grid stands in the episode's descriptor."""
+    """Occupancy truth as arrays; bits are packed along z in little bit order, the grid is stored apart."""
     return {
         "semantic": occupancy.semantic,
         "instance": occupancy.instance,

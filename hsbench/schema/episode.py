@@ -20,7 +20,7 @@ NS_PER_S = 1_000_000_000
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """What the sensor gave at one time: rgb (h, w, 3) uint8, depth_m (h, w) float32 metres (0 = none); each optional."""
+    """What the sensor gave at one time: rgb (h, w, 3) uint8, depth_m (h, w) float32 metres, 0 = none; each optional."""
 
     timestamp_ns: int
     rgb: UInt8Array | None = None
@@ -29,7 +29,7 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class FrameTruth:
-    """Truth of one frame: clean depth_m (h, w) float32, instance (h, w) uint16, semantic and affordance (h, w) uint8."""
+    """Truth of a frame: clean depth_m (h, w) float32, instance (h, w) uint16, semantic and affordance (h, w) uint8."""
 
     timestamp_ns: int
     depth_m: Float32Array | None = None
@@ -43,7 +43,10 @@ class Frames(Protocol):
     """A sequence of frames, decoded when indexed. ``timestamps_ns`` (n,) int64 ascends strictly."""
 
     @property
-    def timestamps_ns(self) -> IntArray: ...
+    def timestamps_ns(self) -> IntArray:
+        """(n,) int64 time stamps."""
+        ...
+
     def __len__(self) -> int: ...
     def __getitem__(self, index: int) -> Frame: ...
 
@@ -144,12 +147,15 @@ class Episode:
     def __post_init__(self) -> None:
         check_id(self.episode_id, "episode_id")
         if self.end_ns < self.t0_ns:
-            raise SchemaError(f"episode {self.episode_id} ends at {self.end_ns} ns, before it starts at {self.t0_ns} ns")
+            raise SchemaError(
+                f"episode {self.episode_id} ends at {self.end_ns} ns, before it starts at {self.t0_ns} ns"
+            )
         times = self.frames.timestamps_ns
         for name, stamps in (("frames", times), ("poses", None if self.poses is None else self.poses.timestamp_ns)):
             if stamps is not None and len(stamps) and not (self.t0_ns <= stamps[0] and stamps[-1] <= self.end_ns):
                 raise SchemaError(
-                    f"episode {self.episode_id}: {name} span {stamps[0]}..{stamps[-1]} ns; expected within {self.t0_ns}..{self.end_ns}"
+                    f"episode {self.episode_id}: {name} span {stamps[0]}..{stamps[-1]} ns; "
+                    f"expected within {self.t0_ns}..{self.end_ns}"
                 )
         if (np.diff(times) <= 0).any():
             raise SchemaError(f"episode {self.episode_id}: frame time stamps do not ascend strictly")
@@ -167,7 +173,8 @@ class Episode:
 
     def until(self, seconds: float) -> Episode:
         """The episode as a shorter watching would have given it: inputs up to t0 + ``seconds``. Truth stays, less its frames
-        and true poses' matches beyond."""
+        and true poses' matches beyond.
+        """
         if not seconds >= 0:
             raise SchemaError(f"until_s is {seconds}; expected seconds >= 0")
         end_ns = min(self.end_ns, self.t0_ns + round(seconds * NS_PER_S))
@@ -184,6 +191,6 @@ def check_id(identifier: str, name: str) -> None:
     """Raise SchemaError unless an identifier is safe as a file name: letters, digits, dot, dash, underscore; <= 100."""
     plain = identifier.replace("-", "").replace("_", "").replace(".", "")
     if not (0 < len(identifier) <= 100 and plain.isascii() and plain.isalnum()) or identifier.startswith("."):
-        raise SchemaError(f"{name} is {identifier!r}; expected 1-100 letters, digits, '.', '-' or '_', not starting with '.'")
-
-
+        raise SchemaError(
+            f"{name} is {identifier!r}; expected 1-100 letters, digits, '.', '-' or '_', not starting with '.'"
+        )

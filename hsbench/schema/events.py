@@ -36,7 +36,9 @@ class EventTable:
         require(self.start_ns, "events.start_ns", (n,), np.int64)
         require(self.end_ns, "events.end_ns", (n,), np.int64)
         if len(self.part) != n or len(self.contact) != n:
-            raise SchemaError(f"events have {len(self.part)} parts and {len(self.contact)} contacts; expected {n} of each")
+            raise SchemaError(
+                f"events have {len(self.part)} parts and {len(self.contact)} contacts; expected {n} of each"
+            )
         if (self.end_ns < self.start_ns).any():
             row = int(np.argmax(self.end_ns < self.start_ns))
             raise SchemaError(f"events row {row} ends before it starts ({self.start_ns[row]} > {self.end_ns[row]})")

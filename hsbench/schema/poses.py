@@ -59,9 +59,13 @@ class PoseTable:
         same = (np.diff(self.timestamp_ns) == 0) & (np.diff(self.track_id) <= 0)
         if same.any():
             row = int(np.argmax(same)) + 1
-            raise SchemaError(f"poses row {row} repeats or disorders a track at one time; expected rows by time, then track")
+            raise SchemaError(
+                f"poses row {row} repeats or disorders a track at one time; expected rows by time, then track"
+            )
         if n and self.joint_state.max() > max(JointState):
-            raise SchemaError(f"poses.joint_state holds {self.joint_state.max()}; expected 0 missing, 1 inferred, 2 tracked")
+            raise SchemaError(
+                f"poses.joint_state holds {self.joint_state.max()}; expected 0 missing, 1 inferred, 2 tracked"
+            )
         if self.joints_m is None and self.joints_px is None:
             raise SchemaError("poses have neither joints_m nor joints_px; expected at least one")
         missing = self.joint_state == JointState.MISSING
@@ -73,7 +77,7 @@ class PoseTable:
             if (finite == missing).any():
                 row, joint = map(int, np.argwhere(finite == missing)[0])
                 raise SchemaError(
-                    f"poses.{name} row {row} joint {SKELETONS[self.skeleton].names[joint]} is {joints[row, joint]} with state "
+                    f"poses.{name} row {row} joint {self.layout.names[joint]} is {joints[row, joint]} with state "
                     f"{self.joint_state[row, joint]}; expected NaN where, and only where, the state is 0 (missing)"
                 )
         if self.joints_m is not None and n:
@@ -124,7 +128,7 @@ class TruePoseTable:
         if n and self.action.max() > max(Action):
             raise SchemaError(f"true_poses.action holds {self.action.max()}; expected 0..{max(Action)}")
         require(self.match, "true_poses.match", (len(self.match),), np.int64)
-        if len(self.match) and not (-1 <= self.match.min() and self.match.max() < n):
+        if len(self.match) and not (self.match.min() >= -1 and self.match.max() < n):
             raise SchemaError(f"true_poses.match points outside rows -1..{n - 1} of the true poses")
 
 

@@ -40,7 +40,9 @@ class Part:
 
     def __post_init__(self) -> None:
         if self.role is not None and self.role not in ROLES:
-            raise SchemaError(f"part {self.name!r} has role {self.role!r}; expected None or one of {', '.join(sorted(ROLES))}")
+            raise SchemaError(
+                f"part {self.name!r} has role {self.role!r}; expected None or one of {', '.join(sorted(ROLES))}"
+            )
         if (self.solid is None) == (self.mesh is None):
             raise SchemaError(f"part {self.name!r} has both or neither of solid and mesh; expected exactly one")
         if len(self.colour) != 3 or not all(isinstance(c, int) and 0 <= c <= 255 for c in self.colour):
@@ -105,7 +107,9 @@ class SceneObject:
 
     def moved(self, a_T_scene: FloatArray) -> SceneObject:
         """The same object with its pose given in frame a."""
-        return SceneObject(self.object_id, self.category_name, a_T_scene @ self.scene_T_object, self.parts, self.movable)
+        return SceneObject(
+            self.object_id, self.category_name, a_T_scene @ self.scene_T_object, self.parts, self.movable
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +134,13 @@ class Scene:
             raise SchemaError(f"scene {self.scene_id}: room_xy has shape {self.room_xy.shape}; expected (n >= 3, 2)")
         x, y = self.room_xy.T
         if float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) <= 0:
-            raise SchemaError(f"scene {self.scene_id}: room_xy encloses no area or is clockwise; expected counter-clockwise")
+            raise SchemaError(
+                f"scene {self.scene_id}: room_xy encloses no area or is clockwise; expected counter-clockwise"
+            )
         if not 0 < self.height_m < 100:
-            raise SchemaError(f"scene {self.scene_id}: height_m is {self.height_m}; expected metres (are these centimetres?)")
+            raise SchemaError(
+                f"scene {self.scene_id}: height_m is {self.height_m}; expected metres (are these centimetres?)"
+            )
         ids = [o.object_id for o in self.objects]
         if sorted(set(ids)) != ids:
             raise SchemaError(f"scene {self.scene_id}: object ids are not ascending and unique")

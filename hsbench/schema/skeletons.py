@@ -23,11 +23,14 @@ class Skeleton:
         try:
             return self.names.index(joint)
         except ValueError:
-            raise SchemaError(f"skeleton {self.name} has no joint {joint!r}; expected one of {', '.join(self.names)}") from None
+            raise SchemaError(
+                f"skeleton {self.name} has no joint {joint!r}; expected one of {', '.join(self.names)}"
+            ) from None
 
     @property
     def mirror(self) -> tuple[int, ...]:
         """For every joint the index of its left/right counterpart (itself on the mid line)."""
+
         def swapped(name: str) -> str:
             if "left" in name:
                 return name.replace("left", "right")

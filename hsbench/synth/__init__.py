@@ -1,1 +1,1 @@
-"""The generator engine: named seeds, rooms, furniture, people, activities, sensors, renderers. Scenes in, episodes out."""
+"""The generator engine: named seeds, rooms, furniture, people, activities, sensors, renderers."""

@@ -98,7 +98,8 @@ def scene_in(episode_T_scene: FloatArray, scene: Scene) -> Scene:
     """The scene in the episode frame, its poses quantised again so that they are the same bytes on every machine."""
     moved = scene.moved(episode_T_scene)
     objects = tuple(
-        SceneObject(o.object_id, o.category_name, _quantised(o.scene_T_object), o.parts, o.movable) for o in moved.objects
+        SceneObject(o.object_id, o.category_name, _quantised(o.scene_T_object), o.parts, o.movable)
+        for o in moved.objects
     )
     return Scene(moved.scene_id, moved.room_type, quantise_m(moved.room_xy), moved.height_m, objects, moved.style)
 

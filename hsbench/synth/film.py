@@ -67,7 +67,9 @@ class Filming:
         meshes = []
         for row in rows:
             person = int(self.poses.track_id[row])
-            vertices, triangles, colours = body_mesh(self.bodies[person - 1], self.poses.joints_m[row].astype(np.float64))
+            vertices, triangles, colours = body_mesh(
+                self.bodies[person - 1], self.poses.joints_m[row].astype(np.float64)
+            )
             if person not in self._meshes:
                 self._meshes[person] = Mesh(PERSON_ID_OFFSET + person, vertices, triangles, colours, smooth=True)
             meshes.append(self._meshes[person].moved(vertices))

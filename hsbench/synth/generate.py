@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from hsbench import __version__
 from hsbench.errors import DataError
@@ -41,7 +41,7 @@ class Job:
     seed: int
     units: tuple[tuple[int, str], ...]
     frames: str = "all"
-    renderer: str = "auto"
+    renderer: Literal["auto", "pyrender", "raycast"] = "auto"
     splits_version: str = "v0"
 
 
@@ -99,7 +99,7 @@ def episode_id(recipe_name: str, number: int) -> str:
 
 
 @lru_cache(maxsize=1)
-def _renderer(name: str) -> Renderer:
+def _renderer(name: Literal["auto", "pyrender", "raycast"]) -> Renderer:
     """One renderer a process: closing one ends EGL for all."""
     return open_renderer(name)
 
@@ -128,6 +128,8 @@ def _open_dataset(out: Path, job: Job, recipe: Recipe) -> None:
                 )
         return
     if out.exists() and any(out.iterdir()):
-        raise DataError(f"{out} is not empty and holds no {DATASET_FILE}; expected a new folder or one made by this command")
+        raise DataError(
+            f"{out} is not empty and holds no {DATASET_FILE}; expected a new folder or one made by this command"
+        )
     (out / EPISODES_FOLDER).mkdir(parents=True, exist_ok=True)
     write_json(path, description)

@@ -68,9 +68,10 @@ def place_rgbd(scene: Scene, config: CameraConfig, rng: np.random.Generator) -> 
     floor = _floor_points(scene.room_xy, config.spacing_m)
     seen = np.array([_seen_share(floor, position, heading, config) for position in positions])
     order = np.argsort(-seen, kind="stable")
-    chosen, fallback = [], []
+    chosen: list[FloatArray] = []
+    fallback: list[FloatArray] = []
     for k in order:
-        pose = planar(*positions[k], heading)
+        pose = planar(float(positions[k, 0]), float(positions[k, 1]), heading)
         bucket = fallback if _is_near(solids, pose, sensor, config) else chosen
         bucket.append(pose)
         if len(chosen) == config.choose_from:

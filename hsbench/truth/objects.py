@@ -29,10 +29,10 @@ def object_truth(scene: Scene, image: RayImage, occupancy: OccupancyTruth, event
     touched = {int(i) for i, contact in zip(events.object_id, events.contact, strict=True) if contact}
     share = np.zeros(n, dtype=np.float32)
     evidence = np.zeros(n, dtype=np.uint8)
-    top = int(round(BORDER_HEIGHT_M / occupancy.grid.voxel_m))
+    top = round(BORDER_HEIGHT_M / occupancy.grid.voxel_m)
     free = ~occupancy.solid[:, :, :top].any(axis=2) & (occupancy.state[:, :, 0] != VoxelState.OUTSIDE_ROOM)
     swept = np.isfinite(occupancy.swept_s).any(axis=2)
-    disc = _disc(int(round(BORDER_M / occupancy.grid.voxel_m)))
+    disc = _disc(round(BORDER_M / occupancy.grid.voxel_m))
     for k, item in enumerate(scene.objects):
         columns = (occupancy.instance == item.object_id).any(axis=2)
         if columns.any() and item.category.group != "structure":

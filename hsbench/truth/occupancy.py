@@ -53,10 +53,7 @@ def count_subsamples(solids: PackedSolids, grid: VoxelGrid) -> tuple[IntArray, U
         return None
     counts = np.zeros(high - low, dtype=np.uint8)
     bounds = np.array(
-        [
-            [corners.min(axis=0), corners.max(axis=0)]
-            for corners in np.split(solids.corners, solids.corner_start[1:-1])
-        ]
+        [[corners.min(axis=0), corners.max(axis=0)] for corners in np.split(solids.corners, solids.corner_start[1:-1])]
     )
     _count_columns(solids.planes, solids.plane_start, bounds, origin + low * grid.voxel_m, grid.voxel_m, counts)
     return low, counts
@@ -66,7 +63,7 @@ def count_subsamples(solids: PackedSolids, grid: VoxelGrid) -> tuple[IntArray, U
 def _count_columns(
     planes: FloatArray, start: IntArray, bounds: FloatArray, origin: FloatArray, voxel: float, counts: UInt8Array
 ) -> None:
-    """Per vertical line of sub-samples solve each solid's z interval; the union of intervals marks the line's points."""
+    """Per vertical line of sub-samples solve each solid's z interval; the union of intervals marks points."""
     step = voxel / SUBSAMPLES
     height = counts.shape[2] * SUBSAMPLES
     line = np.zeros(height, dtype=np.bool_)

@@ -31,9 +31,7 @@ def surface_margin_m(voxel_m: float) -> float:
     return math.sqrt(3.0) / 2.0 * voxel_m
 
 
-def depth_states(
-    grid: VoxelGrid, camera: PinholeCamera, world_T_camera: FloatArray, depth_m: AnyArray
-) -> UInt8Array:
+def depth_states(grid: VoxelGrid, camera: PinholeCamera, world_T_camera: FloatArray, depth_m: AnyArray) -> UInt8Array:
     """States of voxel centres against a depth image (h, w) in metres, 0 = none: free, surface, occluded,
     missing_depth or outside_fov.
 

@@ -30,7 +30,7 @@ MAP_RADIUS_M, MAP_DELTA = 0.22, 1.0 / 15.0
 
 
 def depth_picture(depth_m: AnyArray, far_m: float | None = None) -> UInt8Array:
-    """(h, w) metres -> near is bright, far is dark, none is black; scaled to the 99th percentile if ``far_m`` is None."""
+    """(h, w) metres -> near is bright, far is dark, none is black; ``far_m`` defaults to the 99th percentile."""
     depth = np.asarray(depth_m, dtype=np.float64)
     valid = depth > 0
     far = far_m or (float(np.percentile(depth[valid], 99)) if valid.any() else 1.0)
@@ -50,7 +50,9 @@ def instance_picture(instance: AnyArray) -> UInt8Array:
     return np.asarray(table[instance])
 
 
-def plan_picture(grid: VoxelGrid, stand: Float32Array, sit: Float32Array, outline: BoolArray | None = None, scale: int = 4) -> UInt8Array:
+def plan_picture(
+    grid: VoxelGrid, stand: Float32Array, sit: Float32Array, outline: BoolArray | None = None, scale: int = 4
+) -> UInt8Array:
     """Maps (nx, ny) on a grid's floor plan as a picture: camera below, x up, y to the left.
 
     stand is blue, sit orange; ``outline`` (nx, ny) bool draws what is furniture as a grey wash.
@@ -75,7 +77,9 @@ def _mark_camera(picture: UInt8Array, grid: VoxelGrid, scale: int) -> UInt8Array
     canvas = np.ascontiguousarray(picture)
     column = round(((grid.origin_m[1] + grid.shape[1] * grid.voxel_m) / grid.voxel_m) * scale)
     row = round((grid.shape[0] + grid.origin_m[0] / grid.voxel_m) * scale) - 2
-    corners = np.array([[column, row - 4 * scale], [column - 2 * scale, row], [column + 2 * scale, row]], dtype=np.int32)
+    corners = np.array(
+        [[column, row - 4 * scale], [column - 2 * scale, row], [column + 2 * scale, row]], dtype=np.int32
+    )
     cv2.fillPoly(canvas, [corners], (30, 30, 30))
     return np.asarray(canvas, dtype=np.uint8)
 
@@ -93,7 +97,7 @@ def truth_voxels(occupancy: OccupancyTruth) -> UInt8Array:
 
 
 def prediction_voxels(occupancy: OccupancyTruth, occupied: BoolArray) -> UInt8Array:
-    """A prediction against truth in occluded space: green right, red wrongly solid, blue missed, grey visible surface."""
+    """A prediction against truth in occluded space: green right, red wrongly solid, blue missed, grey visible."""
     scored = _drawn(occupancy)
     occluded = scored & (occupancy.state == VoxelState.OCCLUDED)
     labels = np.zeros(occupied.shape, dtype=np.uint8)

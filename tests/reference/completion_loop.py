@@ -17,7 +17,7 @@ def belongs(region, state, semantic, height_m, ignored, swept_s, structure_ids):
     if region != "occluded-with-structure" and semantic in structure_ids:
         return False
     if region == "surface+occluded":
-        return state == SURFACE or state == OCCLUDED
+        return state in (SURFACE, OCCLUDED)
     if region == "known":
         return state != UNKNOWN
     if region == "outside-frustum":

@@ -10,11 +10,20 @@ from hsbench.baselines.occlusion.config import CarveConfig
 from hsbench.schema.poses import JointState, PoseTable
 from hsbench.schema.skeletons import KINECT_V2
 from hsbench.schema.states import Action
-from hsbench.typing import BoolArray, FloatArray, IntArray, UInt8Array
+from hsbench.typing import BoolArray, FloatArray, Int32Array, UInt8Array
 
 TORSO = tuple(
     KINECT_V2.index(name)
-    for name in ("spine_base", "spine_mid", "spine_shoulder", "neck", "hip_left", "hip_right", "shoulder_left", "shoulder_right")
+    for name in (
+        "spine_base",
+        "spine_mid",
+        "spine_shoulder",
+        "neck",
+        "hip_left",
+        "hip_right",
+        "shoulder_left",
+        "shoulder_right",
+    )
 )
 PELVIS = tuple(KINECT_V2.index(name) for name in ("spine_base", "hip_left", "hip_right"))
 HEAD = tuple(KINECT_V2.index(name) for name in ("head", "neck"))
@@ -25,7 +34,8 @@ HEAD_OVER_NECK_M = 0.20  # from the neck joint to the middle of the head, where 
 @dataclass(frozen=True, eq=False)
 class Activity:
     """N poses that have an action: position (N, 2) metres on the floor, action (N,) ``Action.STAND`` or ``SIT``,
-    pelvis_m (N,) height of the pelvis, NaN where it was not tracked."""
+    pelvis_m (N,) height of the pelvis, NaN where it was not tracked.
+    """
 
     position: FloatArray
     action: UInt8Array
@@ -77,7 +87,9 @@ def _vote(joints: FloatArray, tracked: BoolArray, pelvis: FloatArray, config: Ca
     head = np.where(np.isfinite(head), head, neck)
     with np.errstate(invalid="ignore"):  # comparisons with NaN are false: no vote
         by_leg_stand = (straight > config.stand_ratio) & (pelvis > config.pelvis_stand_m)
-        by_leg_sit = (straight < config.sit_ratio) & (pelvis > config.pelvis_sit_m[0]) & (pelvis < config.pelvis_sit_m[1])
+        by_leg_sit = (
+            (straight < config.sit_ratio) & (pelvis > config.pelvis_sit_m[0]) & (pelvis < config.pelvis_sit_m[1])
+        )
         by_head_stand = ~has_leg & (head > config.head_stand_m)
         by_head_sit = ~has_leg & (head > config.head_sit_m[0]) & (head < config.head_sit_m[1])
     vote = np.full(len(joints), Action.IGNORED, dtype=np.uint8)
@@ -86,9 +98,10 @@ def _vote(joints: FloatArray, tracked: BoolArray, pelvis: FloatArray, config: Ca
     return vote
 
 
-def _pool_votes(vote: UInt8Array, track_id: IntArray, frames: int) -> UInt8Array:
+def _pool_votes(vote: UInt8Array, track_id: Int32Array, frames: int) -> UInt8Array:
     """(N,) majority of the votes among the ``frames`` poses of the same track around each pose (a running median
-    of a two-valued vote); a tie, or no vote at all, is IGNORED."""
+    of a two-valued vote); a tie, or no vote at all, is IGNORED.
+    """
     pooled = np.full_like(vote, Action.IGNORED)
     for track in np.unique(track_id):
         rows = np.flatnonzero(track_id == track)

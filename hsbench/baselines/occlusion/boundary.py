@@ -1,4 +1,4 @@
-"""The boundary a method estimates for itself: a rectangle along the walls, from depth and tracked joints (METHODS 1.1-1.2).
+"""The boundary a method estimates for itself: a rectangle along the walls, from depth and tracked joints.
 
 hsbench default: the yaw of the walls is the 90-degree-periodic mean of the surface normals' directions; the sides are
 the 1st and 99th percentile of the points, grown so that every tracked joint lies inside.

@@ -1,4 +1,4 @@
-"""Carving: bodies cannot intersect structure, so where people stood or sat, occluded space is free (METHODS 1.3-1.6)."""
+"""Carving: bodies cannot intersect structure, so where people stood or sat, occluded space is free."""
 
 from __future__ import annotations
 
@@ -73,13 +73,11 @@ def carve(states: UInt8Array, maps: ActionMaps, activity: Activity, grid: VoxelG
         free |= blob[:, :, None] & ((z > seat_m) & (z <= seat_m + config.sit_clear_m))
         support |= blob[:, :, None] & (z <= seat_m)
     occluded = states == VoxelState.OCCLUDED
-    # A seat's own support wins over somebody standing beside it: both discs are wider than the body part they stand for.
+    # A seat's support wins over somebody standing beside it: both discs are wider than the body part they stand for.
     return np.asarray((states == VoxelState.SURFACE) | (occluded & (~free | support)))
 
 
-def seats(
-    maps: ActionMaps, activity: Activity, grid: VoxelGrid, config: CarveConfig
-) -> list[tuple[BoolArray, float]]:
+def seats(maps: ActionMaps, activity: Activity, grid: VoxelGrid, config: CarveConfig) -> list[tuple[BoolArray, float]]:
     """(floor mask (nx, ny), seat height in metres) of every connected blob of the sit map above the threshold."""
     labels, count = label(maps.sit > config.threshold)
     sitting = activity.of(Action.SIT)

@@ -33,7 +33,7 @@ class HeightPrior:
 
 
 def behind_surface(sensor: Sensor, grid: VoxelGrid, depth_m: AnyArray) -> FloatArray:
-    """(nx, ny, nz) metres of camera depth that a voxel centre lies behind the surface at its pixel; NaN outside the view."""
+    """(nx, ny, nz) metres of camera depth that a voxel centre lies behind the surface at its pixel; NaN out of view."""
     assert isinstance(sensor.camera, PinholeCamera)
     pixels, z = sensor.camera.project(apply(invert(sensor.world_T_camera), grid.centres()))
     inside = sensor.camera.contains(pixels)

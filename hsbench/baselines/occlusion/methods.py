@@ -1,9 +1,9 @@
-"""Carving and what it is compared with, by name. A method is prepared for a data set and then answers an episode at a time."""
+"""Carving and what it is compared with, by name: prepared for a data set, a method answers an episode at a time."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class Settings:
     data: Dataset
     train: Dataset | None
     seed: int = 0
-    config: CarveConfig = CarveConfig()
+    config: CarveConfig = field(default_factory=CarveConfig)
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,9 @@ def _prepare_constant(settings: Settings) -> Predictor:
 
 def _training(settings: Settings, name: str) -> Dataset:
     if settings.train is None or not len(settings.train):
-        raise DataError(f"{name} is fitted on split train, which this data set lacks; name one that has it with --train")
+        raise DataError(
+            f"{name} is fitted on split train, which this data set lacks; name one that has it with --train"
+        )
     return settings.train
 
 

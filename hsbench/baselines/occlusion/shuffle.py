@@ -1,4 +1,4 @@
-"""The control "shuffled activity": poses of another episode, turned, clipped to the boundary the method itself estimates.
+"""The control "shuffled activity": poses of another episode, turned, clipped to the estimated boundary.
 
 It keeps what any room's activity has in common (people are in the middle, not in the walls) and removes what this
 room's activity says. Of evenly spaced turns from a random start the one that keeps most poses inside is taken, so

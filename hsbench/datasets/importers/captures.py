@@ -35,7 +35,10 @@ SUBSAMPLES = 3
 """Points an axis at which the 2 cm labels are looked up in a voxel of 5 cm: closer than a label voxel is wide."""
 
 CATEGORY_OF_CLASS = {
-    **{name: name for name in ("ceiling", "floor", "wall", "window", "door", "chair", "bed", "sofa", "desk", "bookshelf")},
+    **{
+        name: name
+        for name in ("ceiling", "floor", "wall", "window", "door", "chair", "bed", "sofa", "desk", "bookshelf")
+    },
     **{"table": "dining_table", "side_table": "side_table", "night_stand": "night_stand", "closets": "wardrobe"},
     **{"kitchen_cabinet": "kitchen_counter", "lamp": "floor_lamp", "plants": "plant", "tvs": "television"},
 }
@@ -58,15 +61,15 @@ def sscnet_episode(frame: sscnet.SscnetFrame, episode_id: str, grid: VoxelGrid) 
     return Episode(episode_id, "sscnet", sensor, FrameList((input_frame,)), None, 0, 0, truth=truth)
 
 
-def _occupancy(
-    frame: sscnet.SscnetFrame, sensor: Sensor, episode_T_ssc: FloatArray, grid: VoxelGrid
-) -> OccupancyTruth:
+def _occupancy(frame: sscnet.SscnetFrame, sensor: Sensor, episode_T_ssc: FloatArray, grid: VoxelGrid) -> OccupancyTruth:
     table = _category_table()
     semantic = np.zeros(grid.shape, dtype=np.uint8)
     offsets = ((np.arange(SUBSAMPLES) + 0.5) / SUBSAMPLES - 0.5) * grid.voxel_m
     for shift in np.stack(np.meshgrid(offsets, offsets, offsets, indexing="ij"), axis=-1).reshape(-1, 3):
         x, y, z = np.asarray(grid.origin_m) + shift
-        found = table[sscnet.resample_labels(frame.volume, episode_T_ssc, VoxelGrid((x, y, z), grid.shape, grid.voxel_m))]
+        found = table[
+            sscnet.resample_labels(frame.volume, episode_T_ssc, VoxelGrid((x, y, z), grid.shape, grid.voxel_m))
+        ]
         semantic = np.where(semantic == 0, found, semantic)
     middle = sscnet.resample_labels(frame.volume, episode_T_ssc, grid)
     state = depth_states(grid, frame.camera, sensor.world_T_camera, frame.depth_m)
@@ -99,10 +102,8 @@ def sensor_at(camera: PinholeCamera, episode_T_camera: FloatArray) -> Sensor:
     return Sensor("rgbd", camera, float(episode_T_camera[2, 3]), tilt, roll)
 
 
-def kinect_episode(
-    recording: kinect_csv.KinectRecording, episode_id: str, height_m: float, tilt_rad: float
-) -> Episode:
-    """A skeleton recording as observed poses in the episode frame of a camera at ``height_m``, tilted by ``tilt_rad``."""
+def kinect_episode(recording: kinect_csv.KinectRecording, episode_id: str, height_m: float, tilt_rad: float) -> Episode:
+    """A skeleton recording as observed poses in the episode frame of a camera at a height and tilt."""
     joints = kinect_csv.to_episode_frame(recording.joints_kinect_m, height_m, tilt_rad).astype(np.float32)
     stamps = recording.timestamp_ns - recording.timestamp_ns[0]
     tracks = np.ones(len(stamps), dtype=np.int32)
@@ -128,9 +129,13 @@ def add_capture(out: Path, episode: Episode, licence: str = "as the source") -> 
     if path.exists():
         found = read_json(path)
         if found.get("name") != episode.dataset:
-            raise DataError(f"{out} holds data set {found.get('name')!r}; expected {episode.dataset!r} (choose another --out)")
+            raise DataError(
+                f"{out} holds data set {found.get('name')!r}; expected {episode.dataset!r} (choose another --out)"
+            )
     elif out.exists() and any(out.iterdir()):
-        raise DataError(f"{out} is not empty and holds no {DATASET_FILE}; expected a new folder or a data set of imports")
+        raise DataError(
+            f"{out} is not empty and holds no {DATASET_FILE}; expected a new folder or a data set of imports"
+        )
     else:
         (out / EPISODES_FOLDER).mkdir(parents=True, exist_ok=True)
         write_json(path, description)

@@ -10,6 +10,7 @@ import numpy as np
 from hsbench.geometry.rays import PackedSolids, pack_solids, segments_blocked
 from hsbench.schema.scene import Scene
 from hsbench.synth.people.body import Body, capsules
+from hsbench.truth.walkable import STEP_M
 from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
 
 AXIS_SHARES = (0.0, 0.5, 1.0)  # points of a capsule's axis that are tested
@@ -17,7 +18,7 @@ AXIS_SHARES = (0.0, 0.5, 1.0)  # points of a capsule's axis that are tested
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """All solids of a scene, packed, with the id of the object each belongs to, (S,) int32, and bounds (S, 2, 3)."""
+    """The solids of a scene that a body can run into, packed; object_id: (S,) int32 whose they are; bounds: (S, 2, 3)."""
 
     packed: PackedSolids
     object_id: Int32Array
@@ -25,8 +26,9 @@ class Obstacles:
 
     @classmethod
     def of(cls, scene: Scene) -> Obstacles:
-        """The solids of every object."""
-        owned = [(item.object_id, solid) for item in scene.objects for solid in item.solids]
+        """The solids of every object but those flat enough to be stepped on: the floor, rugs."""
+        solids = [(item.object_id, solid) for item in scene.objects for solid in item.solids]
+        owned = [(owner, solid) for owner, solid in solids if solid.bounds[1, 2] > STEP_M]
         bounds = np.array([solid.bounds for _, solid in owned]).reshape(-1, 2, 3)
         return cls(pack_solids([s for _, s in owned]), np.array([i for i, _ in owned], dtype=np.int32), bounds)
 

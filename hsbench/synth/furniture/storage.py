@@ -13,7 +13,7 @@ from hsbench.synth.furniture.style import Rgb, Style
 
 BOARD_M = 0.022
 BOOK_CLUSTER = (2, 5)  # fewest and most books that stand together
-BOOKS_FILL = 0.6  # share of shelves with books on a half of them
+BOOKS_FILL = 0.7  # share of half boards that carry books
 
 
 def wardrobe(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:

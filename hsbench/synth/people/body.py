@@ -138,44 +138,41 @@ class Body:
 def capsules(body: Body, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(T, 25, 3) joints -> ((T, C, 2, 3) ends, (C, 2) radii): the body's tapered capsules, in the joints' frame.
 
-    The torso is two pairs side by side, so that it is wider than deep.
+    In the order of ``CAPSULE_JOINTS``. The torso is two pairs side by side, so that it is wider than deep.
     """
     joints = np.asarray(joints, dtype=np.float64)
-    across_chest = unit(joints[:, J["shoulder_right"]] - joints[:, J["shoulder_left"]])
-    across_hips = unit(joints[:, J["hip_right"]] - joints[:, J["hip_left"]])
-    base, mid, top = (joints[:, J[n]] for n in ("spine_base", "spine_mid", "spine_shoulder"))
-    neck, head = joints[:, J["neck"]], joints[:, J["head"]]
-    up = unit(head - neck)
-    crown = up * body.of_stature(HEAD_HALF_AXIS)
-    chest_top = top - unit(top - mid) * body.radius(RADIUS_CHEST[1] / 2)
-    rows: list[tuple[FloatArray, FloatArray, float, float]] = [
-        (head - crown, head + crown, RADIUS_HEAD, RADIUS_HEAD),
-        (top, neck, RADIUS_NECK, RADIUS_NECK),
+    base, mid, top, neck, head = (joints[:, J[n], None] for n in ("spine_base", "spine_mid", "spine_shoulder", "neck", "head"))
+    limbs = joints[:, LIMB_JOINTS]
+    across = unit(limbs[:, 1, [SHOULDER, HIP]] - limbs[:, 0, [SHOULDER, HIP]])[:, None] * np.array([[[-1.0]], [[1.0]]])
+    chest, belly = across[:, :, 0] * body.of_stature(CHEST_OFFSET), across[:, :, 0] * body.of_stature(BELLY_OFFSET)
+    crown = unit(head - neck) * body.of_stature(HEAD_HALF_AXIS)
+
+    middle = np.stack([np.stack([head - crown, head + crown], axis=2), np.stack([top, neck], axis=2)], axis=2)[:, 0]
+    sides = np.empty((len(joints), 2, len(SIDE_RADII), 2, 3))
+    sides[:, :, 0, 0] = mid + belly
+    sides[:, :, 0, 1] = top - unit(top - mid) * body.radius(RADIUS_CHEST[1] / 2) + chest
+    sides[:, :, 1, 0] = base + across[:, :, 1] * body.of_stature(BELLY_OFFSET)
+    sides[:, :, 1, 1] = mid + belly
+    sides[:, :, 2, 0], sides[:, :, 2, 1] = top, limbs[:, :, SHOULDER]
+    sides[:, :, 3:6, 0], sides[:, :, 3:6, 1] = limbs[:, :, SHOULDER:TIP], limbs[:, :, SHOULDER + 1 : TIP + 1]
+    sides[:, :, 6:8, 0], sides[:, :, 6:8, 1] = limbs[:, :, HIP:ANKLE], limbs[:, :, HIP + 1 : ANKLE + 1]
+    sides[:, :, 8, 0], sides[:, :, 8, 1] = shoe_axis(body, *(limbs[:, :, k] for k in (ANKLE - 1, ANKLE, ANKLE + 1)))
+    ends = np.concatenate([middle, sides.reshape(len(joints), -1, 2, 3)], axis=1)
+    return ends, np.array([*MIDDLE_RADII, *SIDE_RADII, *SIDE_RADII]) * (body.stature_m * body.girth)
+
+
+SHOULDER, TIP, HIP, ANKLE = 0, 3, 4, 6  # places in a row of LIMB_JOINTS
+LIMB_JOINTS = np.array(
+    [
+        [J[f"{n}_{side}"] for n in ("shoulder", "elbow", "wrist", "hand_tip", "hip", "knee", "ankle", "foot")]
+        for side in SIDES
     ]
-    for sign, side in ((-1.0, "left"), (1.0, "right")):
-        chest = sign * across_chest * body.of_stature(CHEST_OFFSET)
-        belly = sign * across_chest * body.of_stature(BELLY_OFFSET)
-        seat = sign * across_hips * body.of_stature(BELLY_OFFSET)
-        shoulder, elbow, wrist, tip, hip, knee, ankle = (
-            joints[:, J[f"{n}_{side}"]] for n in ("shoulder", "elbow", "wrist", "hand_tip", "hip", "knee", "ankle")
-        )
-        heel, toe = shoe_axis(body, knee, ankle, joints[:, J[f"foot_{side}"]])
-        rows += [
-            (mid + belly, chest_top + chest, *RADIUS_CHEST),
-            (base + seat, mid + belly, *RADIUS_BELLY),
-            (top, shoulder, RADIUS_NECK, RADIUS_SHOULDER),
-            (shoulder, elbow, *RADIUS_UPPER_ARM),
-            (elbow, wrist, *RADIUS_FOREARM),
-            (wrist, tip, *RADIUS_HAND),
-            (hip, knee, *RADIUS_THIGH),
-            (knee, ankle, *RADIUS_SHANK),
-            (heel, toe, *RADIUS_SHOE),
-        ]
-    ends = np.stack([np.stack([a, b], axis=1) for a, b, _, _ in rows], axis=1)
-    radii = np.array([[body.radius(a), body.radius(b)] for _, _, a, b in rows])
-    return ends, radii
-
-
+)
+MIDDLE_RADII = ((RADIUS_HEAD, RADIUS_HEAD), (RADIUS_NECK, RADIUS_NECK))
+SIDE_RADII = (
+    RADIUS_CHEST, RADIUS_BELLY, (RADIUS_NECK, RADIUS_SHOULDER), RADIUS_UPPER_ARM, RADIUS_FOREARM, RADIUS_HAND,
+    RADIUS_THIGH, RADIUS_SHANK, RADIUS_SHOE,
+)  # fmt: skip
 CAPSULE_JOINTS: tuple[tuple[str, ...], ...] = (
     ("head", "neck"),
     ("neck", "spine_shoulder"),

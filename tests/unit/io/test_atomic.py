@@ -24,13 +24,17 @@ def test_file_appears_whole_with_ordinary_permissions(tmp_path: Path) -> None:
     assert [p.name for p in target.parent.iterdir()] == ["a.bin"]
 
 
+def interrupt_after(file: Path, error: type[BaseException]) -> None:
+    file.write_bytes(b"half")
+    raise error
+
+
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
 def test_an_error_leaves_the_old_file_and_nothing_else(tmp_path: Path, error: type[BaseException]) -> None:
     target = tmp_path / "a.bin"
     write_bytes(target, b"old")
     with pytest.raises(error), atomic_file(target) as temporary:
-        temporary.write_bytes(b"half")
-        raise error
+        interrupt_after(temporary, error)
     assert target.read_bytes() == b"old"
     assert [p.name for p in tmp_path.iterdir()] == ["a.bin"]
 
@@ -38,8 +42,7 @@ def test_an_error_leaves_the_old_file_and_nothing_else(tmp_path: Path, error: ty
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
 def test_an_error_leaves_no_folder(tmp_path: Path, error: type[BaseException]) -> None:
     with pytest.raises(error), atomic_folder(tmp_path / "out") as folder:
-        (folder / "half").write_text("x")
-        raise error
+        interrupt_after(folder / "half", error)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -84,13 +87,10 @@ def test_unwritable_place_is_one_line(tmp_path: Path) -> None:
 def test_json_is_sorted_exact_and_strict(tmp_path: Path) -> None:
     assert json_bytes({"b": 0.1 + 0.2, "a": [1, None, "ä"]}) == json_bytes({"a": (1, None, "ä"), "b": 0.1 + 0.2})
     assert b"0.30000000000000004" in json_bytes({"b": 0.1 + 0.2})
-    for value, item in (
-        ({"a": [0, float("nan")]}, "a[1] is nan"),
-        ({"a": {1: 2}}, "a has the key 1"),
-        ({"a": {2}}, "a is a set"),
-    ):
+    bad = {"a[1] is nan": [0, float("nan")], "a has the key 1": {1: 2}, "a is a set": {2}}
+    for item, value in bad.items():
         with pytest.raises(SchemaError) as error:
-            write_json(tmp_path / "a.json", value)
+            write_json(tmp_path / "a.json", {"a": value})
         assert item in str(error.value)
         assert "a.json" in str(error.value)
     assert list(tmp_path.iterdir()) == []

@@ -19,9 +19,8 @@ REPORT = report(0.2)
 
 
 def entry(name: str, made: Report = REPORT, **changes: object) -> Entry:
-    return Entry(
-        **{"name": name, "year": 2025, "authors": ("A. Author",), "status": "self-reported", "report": made} | changes
-    )
+    given = {"name": name, "year": 2025, "authors": ("A. Author",), "status": "self-reported", "report": made}
+    return Entry(**given | changes)
 
 
 def claim(name: str, value: float | None, low: float | None, high: float | None, track: str = "poses") -> Entry:

@@ -24,15 +24,18 @@ def decode(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
     return arrays["occupied"] > 0
 
 
+FORMAT = PredictionFormat(
+    ".npz", {"occupied": ArraySpec((2, 3), "uint8"), "score": ArraySpec((None,), "float32")}, encode, decode
+)
+
+
 @dataclass(frozen=True)
 class Task:
     name: str = "toy"
     version: str = "0"
     tracks: tuple[str, ...] = ("poses", "frames")
     observation_times_s: tuple[float, ...] = (5.0, 15.0, 120.0)
-    prediction: PredictionFormat = PredictionFormat(
-        ".npz", {"occupied": ArraySpec((2, 3), "uint8"), "score": ArraySpec((None,), "float32")}, encode, decode
-    )
+    prediction: PredictionFormat = FORMAT
 
 
 TASK = Task()

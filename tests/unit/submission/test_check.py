@@ -126,7 +126,11 @@ def test_predictions_at_observation_times_are_checked_too(tmp_path: Path) -> Non
             ["task_version is 0", "method is ''", "authors is 'me'", "parameters is 1.5", "seconds_per_episode is -1",
              "causal is 'yes'", "task is 'toys'"],
         ),
-        (b'{"task": "toy", "task_version": "0", "method": "m", "track": "poses", "parameters": NaN}', ["NaN is no JSON"]),
+        (b'{"task": "toy", "parameters": NaN}', ["NaN is no JSON"]),
+        (b'{"task": "toy", "parameters": 1e999}', ["1e999 is no JSON"]),
+        (b"x" * (1 << 21), ["2097152 bytes; the limit is 1048576"]),
+        (b'{"task": "toy", "task_version": "0", "method": "m", "track": "poses", "parameters": 1%s}' % (b"0" * 400),
+         ["parameters is 1000"]),
         (b'{"task": "toy", "task_version": "0", "method": "a\\u001b[2J", "track": "poses"}', ["method is 'a\\x1b[2J'"]),
     ],
 )  # fmt: skip
