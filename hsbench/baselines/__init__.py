@@ -1,1 +1,1 @@
-"""Baselines: the pipelines of the source and their comparators, as plain steps; predictions lie on disk before scoring."""
+"""Baselines: the pipelines of the source and their comparators, as plain steps, predictions on disk before scores."""

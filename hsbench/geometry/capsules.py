@@ -8,20 +8,10 @@ quadratic, so that its least value is at its stationary point or on the border.
 from __future__ import annotations
 
 import numba
-import numpy as np
 
-from hsbench.typing import BoolArray, FloatArray
+from hsbench.typing import FloatArray
 
 PARALLEL = 1e-18  # a determinant below this has no stationary point of its own
-
-
-def points_in_capsule(points: FloatArray, ends: FloatArray, radii: FloatArray) -> BoolArray:
-    """(N, 3) points, (2, 3) ends, (2,) radii -> (N,) bool: inside or on the tapered capsule."""
-    points = np.ascontiguousarray(points, dtype=np.float64)
-    inside = np.empty(len(points), dtype=np.bool_)
-    for i, (x, y, z) in enumerate(points):
-        inside[i] = point_gap(x, y, z, ends[0], ends[1], radii[0], radii[1]) <= 0.0
-    return inside
 
 
 @numba.njit(cache=True)

@@ -96,7 +96,7 @@ def box(size_m: Sequence[float], centre_m: Sequence[float] = (0.0, 0.0, 0.0)) ->
     """An axis-aligned box of full size (x, y, z) about a centre, in metres."""
     x, y, z = (s / 2 for s in size_m)
     cx, cy, cz = centre_m
-    outline = (*np.array([[-x, -y], [x, -y], [x, y], [-x, y]]), cx, cy)
+    outline = np.array([[-x, -y], [x, -y], [x, y], [-x, y]]) + np.array([cx, cy])
     return frustum(outline, outline, cz - z, cz + z)
 
 

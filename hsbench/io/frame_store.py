@@ -240,7 +240,7 @@ class RecordingTruth:
 
 @dataclass(frozen=True, eq=False)
 class ImageFrames:
-    """Imported footage: ``frames.parquet`` (frame, timestamp_ns), ``000000_rgb.png`` and/or ``000000_depth.png`` (mm)."""
+    """Imported footage: ``frames.parquet`` (frame, timestamp_ns), ``000000_rgb.png`` and ``000000_depth.png`` (mm)."""
 
     folder: Path
 

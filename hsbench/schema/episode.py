@@ -172,8 +172,9 @@ class Episode:
         return (self.end_ns - self.t0_ns) / NS_PER_S
 
     def until(self, seconds: float) -> Episode:
-        """The episode as a shorter watching would have given it: inputs up to t0 + ``seconds``. Truth stays, less its frames
-        and true poses' matches beyond.
+        """The episode as a shorter watching would have given it: inputs up to t0 + ``seconds``.
+
+        Truth stays as it is, less the matches of poses that are no longer observed.
         """
         if not seconds >= 0:
             raise SchemaError(f"until_s is {seconds}; expected seconds >= 0")

@@ -20,8 +20,8 @@ class CarveConfig:
     ``vote_frames`` poses of a track.
     Maps: a pose adds ``delta`` to a disc of ``body_radius_m``.
     Carving: where a map exceeds ``threshold``, standing frees voxels up to ``stand_top_m``; sitting frees
-    ``sit_clear_m`` above the seat and supports the seat from below. The seat is ``pelvis_over_seat_m`` below the pelvis,
-    ``seat_height_m`` where no pelvis was tracked.
+    ``sit_clear_m`` above the seat and supports the seat from below. The seat is ``pelvis_over_seat_m`` below the
+    pelvis, at ``seat_height_m`` where no pelvis was tracked.
     """
 
     stand_ratio: float = 0.75

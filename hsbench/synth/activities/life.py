@@ -15,13 +15,12 @@ from hsbench.schema.events import EventTable
 from hsbench.schema.poses import JointState, PoseTable
 from hsbench.schema.scene import Scene
 from hsbench.schema.skeletons import KINECT_V2
-from hsbench.schema.states import Action
 from hsbench.synth.activities.config import LifeConfig
 from hsbench.synth.activities.person import Doing, Person
 from hsbench.synth.people.body import Body
+from hsbench.synth.people.navigation import nearest_free
 from hsbench.synth.seeds import Seeds
 from hsbench.truth.walkable import WalkMap, connected, door_entries, walk_map
-from hsbench.synth.people.navigation import nearest_free
 from hsbench.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
 
@@ -51,7 +50,8 @@ def live(scene: Scene, seeds: Seeds, config: LifeConfig) -> Life:
     first = -(-round(config.empty_s * NS_PER_S) * config.fps // NS_PER_S)
     last = round(config.duration_s * config.fps)
     if entry is None or first >= last:
-        return Life((), _poses(np.empty((0, 25, 3)), 0, config.fps), np.empty(0, dtype=np.uint8), _events([], 0, config.fps))
+        nobody = np.empty((0, len(KINECT_V2.names), 3))
+        return Life((), _poses(nobody, 0, config.fps), np.empty(0, dtype=np.uint8), _events([], 0, config.fps))
     node = seeds.child("person").child(1)
     body = Body.sample(node.rng("body"))
     xy, reachable = entry
@@ -77,8 +77,8 @@ def _entry(scene: Scene, walk: WalkMap) -> tuple[FloatArray, BoolArray] | None:
 
 def _openness(walk: WalkMap) -> IntArray:
     """(nx, ny) int64: king's moves to the nearest cell that is not free."""
-
-    return np.asarray(ndimage.distance_transform_cdt(np.pad(walk.free, 1), metric="chessboard")[1:-1, 1:-1], dtype=np.int64)
+    moves = ndimage.distance_transform_cdt(np.pad(walk.free, 1), metric="chessboard")
+    return np.asarray(moves[1:-1, 1:-1], dtype=np.int64)
 
 
 def _inward(xy: FloatArray, walk: WalkMap, reachable: BoolArray) -> float:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hsbench.geometry.numerics import quantise_angle, quantise_m
-from hsbench.schema.scene import Scene
+from hsbench.schema.scene import Part, Scene, SceneObject
 from hsbench.schema.states import Action
 from hsbench.synth.activities.config import LifeConfig, Range
 from hsbench.synth.activities.contact import Obstacles
-from hsbench.synth.activities.seats import Seat, find_seat, seat_parts, sit_on
+from hsbench.synth.activities.seats import Seat, find_seat, ledge_parts, seat_parts, sit_on
 from hsbench.synth.activities.touches import REACH_S, Touch, find_seated_touch, find_touch, touch_parts
 from hsbench.synth.people.body import Body, J
 from hsbench.synth.people.channels import Channels, concatenate, pose, standing
@@ -27,7 +27,7 @@ SEEN_STRIDE_FRAMES = 5  # of a walk, every so many frames explore
 TRIES = 6  # parts tried before something else is done
 SEAT_PAUSE_S = 0.4  # before one sits down, and after one gets up
 WINDOW_M = 1.3  # how near one comes to a window
-TOUCH_SHARE_M = 0.03  # a finger tip farther than this from its point touches nothing
+TOUCH_M = 0.03  # a finger tip farther than this from its point touches nothing
 TURN_RAD = 1.2  # most one turns while pausing
 
 
@@ -58,10 +58,10 @@ class Person:
         self.actions: list[UInt8Array] = [np.array([Action.STAND], dtype=np.uint8)]
         self.length = 1
         self.doings: list[Doing] = []
-        self.points: dict[int, Touch] = {}  # the touch of an event, by its place in ``doings``
+        self.touches: dict[int, Touch] = {}  # the touch of an event, by its place in ``doings``
         self.seen = np.zeros_like(walk_map.free)
         self.centres = walk_map.centres()
-        self.seats = seat_parts(scene)
+        self.seats, self.ledges = seat_parts(scene), ledge_parts(scene)
         self.touchable = touch_parts(scene)
         self.windows = [item for item in scene.objects if item.category_name == "window"]
         self._remember(xy[None])
@@ -69,13 +69,14 @@ class Person:
     def live(self) -> tuple[FloatArray, UInt8Array, list[Doing]]:
         """(T, 25, 3) joints, (T,) actions and the events, T being the frames asked for."""
         config = self.config
-        names = ("explore", "sit", "touch", "look")
-        weights = np.array([getattr(config, name) for name in names])
+        choices = (self._explore, self._sit, self._touch, self._look)
+        edges = np.cumsum([config.explore, config.sit, config.touch, config.look])
         self._explore()
         while self.length < self.frames:
-            name = names[int(self.rng.choice(len(names), p=weights / weights.sum()))]
-            done = {"sit": self._sit, "touch": self._touch, "look": self._look, "explore": self._explore}[name]()
-            if not done and not self._explore():
+            choice = choices[int(np.searchsorted(edges, self.rng.random() * edges[-1], side="right"))]
+            contact = choice in (self._sit, self._touch)
+            atypical = contact and self.rng.random() < config.atypical_share and self._sit_on_one_of(self.ledges)
+            if not (atypical or choice() or self._explore()):
                 self._pause()
         return self._finished()
 
@@ -86,31 +87,26 @@ class Person:
         for number, doing in enumerate(self.doings):
             if doing.start >= self.frames:
                 continue
-            doing = Doing(doing.activity, doing.start, min(doing.end, self.frames - 1), *_rest(doing))
-            touch = self.points.get(number)
-            if touch is not None:
-                tips = joints[doing.start : doing.end + 1, J[f"hand_tip_{touch.contact[5:]}"]]
-                away = np.sqrt(np.sum((tips - np.array(touch.point_m)) ** 2, axis=1))
-                if (away > TOUCH_SHARE_M).any():
-                    rows = action[doing.start : doing.end + 1]
-                    rows[rows == Action.INTERACT] = self._unless_touching(doing)
-                    continue
+            doing = replace(doing, end=min(doing.end, self.frames - 1))
+            if number in self.touches and self._misses(self.touches[number], joints[doing.start : doing.end + 1]):
+                action[doing.start : doing.end + 1] = action[doing.start - 1]
+                continue
             kept.append(doing)
         return joints, action, kept
 
-    def _unless_touching(self, doing: Doing) -> int:
-        seated = any(d.activity == "sit" and d.start <= doing.start <= d.end for d in self.doings)
-        return Action.SIT if seated else Action.STAND
+    def _misses(self, touch: Touch, joints: FloatArray) -> bool:
+        """Whether the finger tip is ever too far from the point it should touch, in (T, 25, 3) joints."""
+        tips = joints[:, J[touch.contact.replace("hand", "hand_tip")]]
+        return bool((np.sum((tips - np.array(touch.point_m)) ** 2, axis=1) > TOUCH_M**2).any())
 
-    def _do(self, chunk: Channels, action: Action, activity: str = "", object_id: int = 0, part: str = "", contact: str = "") -> int:
-        """Append a chunk; an event if it has a name. Returns the event's place in ``doings``."""
+    def _do(self, chunk: Channels, action: Action, activity: str = "", thing: tuple[int, str, str] = (0, "", "")) -> None:
+        """Append a chunk, and an event if it has a name; thing: object id, part and contact of the event."""
         start = self.length
         self.chunks.append(chunk)
         self.actions.append(np.full(len(chunk), action, dtype=np.uint8))
         self.length += len(chunk)
         if activity:
-            self.doings.append(Doing(activity, start, self.length - 1, object_id, part, contact))
-        return len(self.doings) - 1
+            self.doings.append(Doing(activity, start, self.length - 1, *thing))
 
     def _draw(self, seconds: Range) -> float:
         return float(quantise_m(self.rng.uniform(*seconds)))
@@ -143,8 +139,8 @@ class Person:
     def _explore(self) -> bool:
         """Walk to a place drawn from the whole floor, mostly where one has not been; stop there a while."""
         cells = np.argwhere(self.reachable)
-        weights = np.where(self.seen[tuple(cells.T)], SEEN_WEIGHT, 1.0)
-        goal = cells[int(self.rng.choice(len(cells), p=weights / weights.sum()))]
+        edges = np.cumsum(np.where(self.seen[tuple(cells.T)], SEEN_WEIGHT, 1.0))
+        goal = cells[int(np.searchsorted(edges, self.rng.random() * edges[-1], side="right"))]
         if not self._walk_to(self.centres[tuple(goal)], None, "explore"):
             return False
         self._pause()
@@ -162,7 +158,8 @@ class Person:
         away = middle - cell[0]
         if not self._walk_to(cell[0], quantise_angle(float(np.arctan2(away[1], away[0])))):
             return False
-        self._do(stand(self._here(), self._draw(self.config.look_s), self.config.fps), Action.STAND, "look", window.object_id)
+        watching = stand(self._here(), self._draw(self.config.look_s), self.config.fps)
+        self._do(watching, Action.STAND, "look", (window.object_id, "", ""))
         return True
 
     def _touch(self) -> bool:
@@ -184,15 +181,18 @@ class Person:
         out = reach(self._here(), touch.side, np.array(touch.point_m), touch.lean_rad, touch.crouch_m, REACH_S, fps)
         self._do(out, otherwise)
         held = out.hold(max(1, round(self._draw(self.config.touch_s) * fps)))
-        number = self._do(held, Action.INTERACT, "touch", touch.object_id, touch.part, touch.contact)
-        self.points[number] = touch
+        self.touches[len(self.doings)] = touch
+        self._do(held, Action.INTERACT, "touch", (touch.object_id, touch.part, touch.contact))
         self._do(out.backwards(), otherwise)
 
     def _sit(self) -> bool:
         """Walk to a seat, sit for a while, perhaps touch what is near, and get up."""
-        for _ in range(min(TRIES, len(self.seats))):
-            choice = int(self.rng.integers(len(self.seats)))
-            seat = find_seat(*self.seats[choice], self.body, self.walk_map, self.reachable, self.obstacles, self.rng)
+        return self._sit_on_one_of(self.seats)
+
+    def _sit_on_one_of(self, parts: list[tuple[SceneObject, Part]]) -> bool:
+        for _ in range(min(TRIES, len(parts))):
+            choice = int(self.rng.integers(len(parts)))
+            seat = find_seat(*parts[choice], self.body, self.walk_map, self.reachable, self.obstacles, self.rng)
             if seat is not None and self._walk_to(np.array(seat.approach_xy), seat.pose.yaw_rad):
                 self._sit_on(seat)
                 return True
@@ -202,7 +202,7 @@ class Person:
         fps = self.config.fps
         self._do(stand(self._here(), SEAT_PAUSE_S, fps), Action.STAND)
         down = sit_on(self._here(), seat, fps)
-        self._do(down, Action.IGNORED, "sit_down", seat.object_id, seat.part)
+        self._do(down, Action.IGNORED, "sit_down", (seat.object_id, seat.part, ""))
         start, budget = self.length, self.length + round(self._draw(self.config.sit_s) * fps)
         for _ in range(self.config.touches_seated):
             touch = self._seated_touch()
@@ -212,7 +212,7 @@ class Person:
         if self.length < budget:
             self._do(self._here().hold(budget - self.length), Action.SIT)
         self.doings.append(Doing("sit", start, self.length - 1, seat.object_id, seat.part, "pelvis"))
-        self._do(down.backwards(), Action.IGNORED, "stand_up", seat.object_id, seat.part)
+        self._do(down.backwards(), Action.IGNORED, "stand_up", (seat.object_id, seat.part, ""))
         self._do(stand(self._here(), SEAT_PAUSE_S, fps), Action.STAND)
 
     def _seated_touch(self) -> Touch | None:
@@ -224,6 +224,3 @@ class Person:
                 return touch
         return None
 
-
-def _rest(doing: Doing) -> tuple[int, str, str]:
-    return doing.object_id, doing.part, doing.contact

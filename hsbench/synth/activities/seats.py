@@ -41,11 +41,12 @@ FRONTS: dict[str, tuple[tuple[float, float], ...]] = {
 }
 """Directions one may face on a seat, in the object frame, where it is not only its front."""
 FRONT = ((0.0, -1.0),)
+ANY_EDGE = FRONTS["stool"]
 
 
 @dataclass(frozen=True)
 class Seat:
-    """A place to sit: object, part, the seated pose, and the free cell (x, y) from which one sits down in ``sit_down_s``."""
+    """A place to sit: object, part, the seated pose, and the free cell (x, y) from where one sits down."""
 
     object_id: int
     part: str
@@ -57,6 +58,12 @@ class Seat:
 def seat_parts(scene: Scene) -> list[tuple[SceneObject, Part]]:
     """Parts one may sit on, by role and height."""
     parts = [(item, part) for item in scene.objects for part in item.parts if part.role in SEAT_ROLES]
+    return [(item, part) for item, part in parts if SEAT_HEIGHT_M[0] <= _top(item, part) <= SEAT_HEIGHT_M[1]]
+
+
+def ledge_parts(scene: Scene) -> list[tuple[SceneObject, Part]]:
+    """Parts not meant for sitting whose edge one may sit on all the same: tops as low as seats."""
+    parts = [(item, part) for item in scene.objects for part in item.parts if part.role == "top"]
     return [(item, part) for item, part in parts if SEAT_HEIGHT_M[0] <= _top(item, part) <= SEAT_HEIGHT_M[1]]
 
 
@@ -99,7 +106,8 @@ def _places(item: SceneObject, part: Part, body: Body) -> Iterator[tuple[SeatPos
     ahead = float(np.sqrt(thigh**2 - drop**2))
     ankle_z = max(hip_z - drop - shank, body.of_stature(anatomy.ANKLE_HEIGHT))
     ball_z = ankle_z - body.of_stature(anatomy.ANKLE_HEIGHT - anatomy.BALL_HEIGHT)
-    for front in FRONTS.get(item.category_name, FRONT):
+    fronts = FRONTS.get(item.category_name, FRONT) if part.role in SEAT_ROLES else ANY_EDGE
+    for front in fronts:
         axis = int(abs(front[1]) > 0.5)  # the object axis one faces along
         depth, width = size[axis], size[1 - axis]
         count = max(1, int((width - PLACE_WIDTH_M) / PLACE_WIDTH_M) + 1)

@@ -1,7 +1,7 @@
 """Things to touch: points on functional parts that a hand reaches from a standing or a seated pose.
 
 TASKS, affordance-topdown: a hand reaches a point if it is within .75 m of the shoulder, 1.4 m above a walkable cell or
-.55 m above a seat, with a free straight line. A touch is planned only where that holds and the body's own arm gets there.
+.55 m above a seat, with a free straight line. A touch is planned only where that holds and the own arm gets there.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def find_seated_touch(
     points = list(_points(item, part))
     pelvis = np.array([*seated.xy[-1], seated.height[-1]])
     facing = np.array([np.cos(seated.yaw[-1]), np.sin(seated.yaw[-1]), 0.0])
-    eye = pelvis + (0.0, 0.0, SHOULDER_SEATED_M)
+    eye = pelvis + np.array([0.0, 0.0, SHOULDER_SEATED_M])
     for index in rng.permutation(len(points)):
         point, _ = points[index]
         if np.sum((point - eye) ** 2) > REACH_M**2 or np.dot(point - eye, facing) <= 0:
@@ -135,7 +135,7 @@ def plan_touch(
     item: SceneObject, part: Part, point: FloatArray, eye: FloatArray, start: Channels, body: Body,
     obstacles: Obstacles, sides: tuple[int, ...],
 ) -> Touch | None:  # fmt: skip
-    """The least bend, and the first hand, that bring a finger tip to a point (3,) without touching anything else; or None."""
+    """The first hand and least bend that bring a finger tip to a point (3,) without touching anything else; or None."""
     back = eye - point
     if obstacles.block(eye, point + SIGHT_GAP_M * back / np.sqrt(np.sum(back * back))):
         return None
@@ -150,7 +150,8 @@ def plan_touch(
         clear = ~obstacles.hold(axis_points(body, joints)[:, others], FIT_MARGIN_M).any(axis=(1, 2))
         if (hits & clear).any():
             lean, crouch = bends[int(np.argmax(hits & clear))]
-            return Touch(item.object_id, part.name, side, (float(point[0]), float(point[1]), float(point[2])), lean, crouch)
+            x, y, z = map(float, point)
+            return Touch(item.object_id, part.name, side, (x, y, z), lean, crouch)
     return None
 
 

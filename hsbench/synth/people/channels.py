@@ -17,7 +17,7 @@ from hsbench.synth.people import body as anatomy
 from hsbench.synth.people.body import Body
 from hsbench.synth.people.gait import Feet, smooth, standing_feet
 from hsbench.synth.people.kinematics import SIDE_SIGN, Posture, highest_pelvis, leg, shoulders, solve
-from hsbench.typing import FloatArray
+from hsbench.typing import FloatArray, IntArray
 
 KNEE_SLACK_M = 0.012  # a standing pelvis hangs so far below straight legs
 BOB_M = (0.030, 0.012)  # walking lowers the pelvis on average, and moves it up and down by this
@@ -75,16 +75,19 @@ class Channels:
         """The same frames in reverse order."""
         return self._rows(slice(None, None, -1))
 
-    def _rows(self, rows: slice | np.ndarray) -> Channels:  # type: ignore[type-arg]
+    def _rows(self, rows: slice | IntArray) -> Channels:
         feet = Feet(self.feet.ball[rows], self.feet.yaw[rows], self.feet.pitch[rows])
-        return Channels(**{f.name: feet if f.name == "feet" else getattr(self, f.name)[rows] for f in fields(self)})
+        return Channels(feet=feet, **{name: getattr(self, name)[rows] for name in _plain_names()})
 
 
 def concatenate(chunks: Sequence[Channels]) -> Channels:
     """Chunks in order as one."""
     feet = Feet(*(np.concatenate([getattr(c.feet, n) for c in chunks]) for n in ("ball", "yaw", "pitch")))
-    names = [f.name for f in fields(Channels) if f.name != "feet"]
-    return Channels(feet=feet, **{n: np.concatenate([getattr(c, n) for c in chunks]) for n in names})
+    return Channels(feet=feet, **{n: np.concatenate([getattr(c, n) for c in chunks]) for n in _plain_names()})
+
+
+def _plain_names() -> list[str]:
+    return [f.name for f in fields(Channels) if f.name != "feet"]
 
 
 def standing(body: Body, xy: FloatArray, yaw_rad: float) -> Channels:
@@ -105,7 +108,7 @@ def standing_height(body: Body) -> float:
 
 
 def pose(body: Body, channels: Channels, fps: float, rng: np.random.Generator | None) -> FloatArray:
-    """(T, 25, 3) joints in metres, rounded to .1 mm. ``rng`` gives the phases of sway and glances; None: there are none."""
+    """(T, 25, 3) joints in metres, rounded to .1 mm. ``rng`` gives the phases of sway and glances; None: a still body."""
     time_s = np.arange(len(channels)) / fps
     calm = 1 - channels.gain
     noise = [np.zeros_like(time_s) if rng is None else _idle(time_s, rng) for _ in range(7)]

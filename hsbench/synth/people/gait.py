@@ -1,7 +1,7 @@
 """Walking feet: where they are planted along a moving root, and how they swing from one plant to the next.
 
 The gait's phase p grows by one with every step. Landing k (1, 2, ...) happens at p = k, feet in turn; the foot stands
-until p = k + 1.25 (both feet on the floor for a quarter of a step) and swings until its next landing at k + 2. A foot is
+until p = k + 1.25 (both feet are down for a quarter of a step) and swings until its next landing at k + 2. A foot is
 planted under the place the root has at p = k + .5: half a step ahead. Planted feet do not move.
 """
 
@@ -69,7 +69,10 @@ def phase_of(body: Body, xy: FloatArray, yaw: FloatArray, fps: float, ramp_s: fl
 
 
 def walk_feet(body: Body, start: Feet, xy: FloatArray, yaw: FloatArray, phase: FloatArray, first: int) -> Feet:
-    """Feet (T, ...) of a walk: ``start`` (1, ...) before it, root (T, 2), heading (T,), phase (T,); ``first`` foot 0 or 1."""
+    """Feet (T, ...) of a walk from ``start`` (1, ...) with root xy (T, 2), heading yaw (T,) and phase (T,).
+
+    first: the foot that swings first, 0 left, 1 right.
+    """
     steps = int(np.round(phase[-1]))
     landings = np.arange(1, steps + 1)
     ahead = np.where(landings >= steps - 1, steps, landings + 0.5)

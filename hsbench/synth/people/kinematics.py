@@ -175,7 +175,8 @@ def _foot_bone(body: Body, yaw: FloatArray, pitch: FloatArray) -> FloatArray:
     forward = body.of_stature(anatomy.BALL_FORWARD)
     down = body.of_stature(anatomy.ANKLE_HEIGHT - anatomy.BALL_HEIGHT)
     ahead = forward * np.cos(pitch) - down * np.sin(pitch)
-    return np.stack([ahead * np.cos(yaw), ahead * np.sin(yaw), -forward * np.sin(pitch) - down * np.cos(pitch)], axis=-1)
+    fall = forward * np.sin(pitch) + down * np.cos(pitch)
+    return np.stack([ahead * np.cos(yaw), ahead * np.sin(yaw), -fall], axis=-1)
 
 
 def _at(frames: FloatArray, offset: tuple[float, float, float]) -> FloatArray:

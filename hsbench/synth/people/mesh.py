@@ -1,7 +1,7 @@
 """A body as a low-poly coloured mesh: what renderers draw. Its topology is the same for every body and every pose.
 
-Limbs are their tapered capsules; the torso is one loft of ellipses around its capsules; the head is an ellipsoid whose
-front is face and whose top and back are hair. Vertices are in the joints' frame, triangles counter-clockwise from outside.
+Limbs are their tapered capsules; the torso is one loft of ellipses around its capsules; the head is an ellipsoid with
+a face in front and hair on top and behind. Vertices are in the joints' frame, triangles counter-clockwise from outside.
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from hsbench.synth.people import body as anatomy
 from hsbench.synth.people.body import CAPSULE_JOINTS, Body, J, capsules, unit
-from hsbench.typing import FloatArray, Int32Array, IntArray, UInt8Array
+from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray, UInt8Array
 
 SIDES = 10  # of a limb
 HEAD_RINGS, HEAD_SIDES = 8, 14
@@ -117,7 +116,7 @@ def _head_sphere() -> tuple[FloatArray, FloatArray]:
     return sphere, np.where(_is_hair(sphere), HAIR_GROWTH, 1.0)
 
 
-def _is_hair(directions: FloatArray) -> np.ndarray:  # type: ignore[type-arg]
+def _is_hair(directions: FloatArray) -> BoolArray:
     return np.asarray(directions @ np.array(HAIR_PLANE[:3]) > HAIR_PLANE[3])
 
 
@@ -144,7 +143,7 @@ def _topology() -> tuple[Int32Array, IntArray]:
 
 
 def _loft(rings: int, sides: int) -> IntArray:
-    """(T, 3) triangles of rings stacked along +axis: vertex 0 is the low pole, 1 the high one, ring r starts at 2 + r sides."""
+    """(T, 3) triangles of rings stacked along +axis: vertex 0 is the low pole, 1 the high one, ring r from 2 + r sides."""
     i = np.arange(sides)
     j = (i + 1) % sides
     parts = [np.column_stack([np.zeros(sides, dtype=np.int64), 2 + j, 2 + i])]

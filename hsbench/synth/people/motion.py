@@ -33,11 +33,12 @@ SEATED_LEAN_RAD = -0.06
 STEP_ONTO_M = 0.04  # feet that move by less than this slide instead of stepping
 STEP_LIFT_M = 0.06
 REACH_LOOK_RAD = (0.6, 0.5)  # most the head turns and bows to look at what a hand does
+LEVEL_LOOK_M = 1.3  # nobody bows to a point higher than this
 
 
 @dataclass(frozen=True)
 class SeatPose:
-    """Where a seated person is: pelvis (x, y, z), heading, and the balls of both feet ((x, y, z), (x, y, z)), left first."""
+    """Where a seated person is: pelvis (x, y, z), heading, and the balls of the left and the right foot, (x, y, z) each."""
 
     pelvis_m: tuple[float, float, float]
     yaw_rad: float
@@ -105,7 +106,7 @@ def sit_down(start: Channels, seat: SeatPose, duration_s: float, fps: float) -> 
 def reach(
     start: Channels, side: int, target: FloatArray, lean_rad: float, crouch_m: float, duration_s: float, fps: float
 ) -> Channels:
-    """Move a hand (0 left, 1 right) to a point (3,), bending forward and going down a little. ``backwards()`` takes it back."""
+    """Move a hand (0 left, 1 right) to a point (3,), bending and going down a little. ``backwards()`` takes it back."""
     before = start.last()
     n = frames_of(duration_s, fps)
     share = smooth(np.arange(1, n + 1) / n)
@@ -113,8 +114,10 @@ def reach(
     weights, targets = held.reach.copy(), held.target.copy()
     weights[:, side], targets[:, side] = share, target
     away = np.asarray(target)[:2] - before.xy[0]
-    turn = float(np.clip(wrap_angle(np.arctan2(away[1], away[0]) - before.yaw[0]), -REACH_LOOK_RAD[0], REACH_LOOK_RAD[0]))
-    gaze = np.array([turn, -REACH_LOOK_RAD[1] * min(1.0, max(0.0, 1.3 - float(target[2])))])
+    turn_most, bow_most = REACH_LOOK_RAD
+    turn = float(np.clip(wrap_angle(np.arctan2(away[1], away[0]) - before.yaw[0]), -turn_most, turn_most))
+    bow = bow_most * float(np.clip(LEVEL_LOOK_M - target[2], 0.0, 1.0))
+    gaze = np.array([turn, -bow])
     return replace(
         held,
         height=before.height - share * crouch_m,

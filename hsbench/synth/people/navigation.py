@@ -7,6 +7,7 @@ point of a route lies in a free cell, and so does every place within ``TOUCH_M``
 from __future__ import annotations
 
 import heapq
+import itertools
 
 import numba
 import numpy as np
@@ -22,16 +23,15 @@ CORNER_CUTS_M = (0.6, 0.35, 0.2, 0.1)  # how early a corner is cut; the first th
 CORNER_POINTS = 9  # of a rounded corner
 
 
-def costs_from(walk: WalkMap, start_xy: FloatArray, allowed: BoolArray | None = None) -> tuple[IntArray, IntArray]:
+def costs_from(walk: WalkMap, start_xy: FloatArray) -> tuple[IntArray, IntArray]:
     """(2,) start -> ((nx, ny) int64 cost, (nx, ny) int64 flat index of the cell before).
 
-    Cost is in units of a tenth of a cell, ``UNREACHED`` where no way leads; nothing is reached from outside the free cells.
-    A diagonal step needs both cells beside it free. ``allowed`` narrows the free cells.
+    Cost is in tenths of a cell, ``UNREACHED`` where no way leads; nothing is reached from a start that is not free.
+    A diagonal step needs both cells beside it free.
     """
-    free = walk.free if allowed is None else walk.free & allowed
     index, inside = walk.index(np.asarray(start_xy, dtype=np.float64).reshape(1, 2))
-    start = int(index[0, 0] * free.shape[1] + index[0, 1]) if inside[0] else -1
-    return _dijkstra(np.ascontiguousarray(free), start)  # type: ignore[no-any-return]
+    start = int(index[0, 0] * walk.free.shape[1] + index[0, 1]) if inside[0] else -1
+    return _dijkstra(np.ascontiguousarray(walk.free), start)
 
 
 def route(walk: WalkMap, start_xy: FloatArray, goal_xy: FloatArray) -> FloatArray | None:
@@ -83,7 +83,7 @@ def round_corners(walk: WalkMap, points: FloatArray) -> FloatArray:
             cut = min(cut_m, room)
             enter, leave = (corner + cut * v / max(float(np.hypot(*v)), TOUCH_M) for v in (to_before, to_after))
             curve = (1 - share) ** 2 * enter + 2 * share * (1 - share) * corner + share**2 * leave
-            if all(clear(walk, a, b) for a, b in zip(curve, curve[1:], strict=False)):
+            if all(clear(walk, a, b) for a, b in itertools.pairwise(curve)):
                 rounded = curve
                 break
         parts.append(rounded)

@@ -1,8 +1,8 @@
 """What a pose detector gives of true poses: joints that are seen, guessed or missing, with its errors and its losses.
 
 A joint is MISSING outside the image or the detector's range; INFERRED where something hides it (a solid of the scene,
-another person, or a part of the own body that the joint does not belong to); else TRACKED. All lines of sight are float64
-rays from the camera's centre to the true joint, never pixels. Episode frame, metres.
+another person, or a part of the own body that the joint does not belong to); else TRACKED. All lines of sight are
+float64 rays from the camera's centre to the true joint, never pixels. Episode frame, metres.
 """
 
 from __future__ import annotations
@@ -66,11 +66,17 @@ KINECT = PosePreset()
 
 
 def observe(
-    poses: PoseTable, bodies: Sequence[Body], solids: Sequence[ConvexSolid], sensor: Sensor, preset: PosePreset, seeds: Seeds
+    poses: PoseTable,
+    bodies: Sequence[Body],
+    solids: Sequence[ConvexSolid],
+    sensor: Sensor,
+    preset: PosePreset,
+    seeds: Seeds,
 ) -> tuple[PoseTable, IntArray]:
-    """True poses (episode frame, Kinect joints, track_id 1.. = place in ``bodies``) -> (observed poses, (M,) int64 true rows).
+    """What the detector gives of N true poses -> (PoseTable of M observed poses, (M,) int64 row of each one's true pose).
 
-    Solids are in the episode frame. The first seconds of a longer take are observed as a shorter one would be.
+    True poses are Kinect joints in the episode frame; track_id k is the person of ``bodies[k - 1]``. Solids are in
+    the episode frame. The first seconds of a longer take are observed as a shorter one would be.
     """
     if poses.skeleton != KINECT_V2.name or poses.joints_m is None:
         raise SchemaError(f"true poses are {poses.skeleton!r}; expected 3D joints of {KINECT_V2.name}")
@@ -100,21 +106,27 @@ def observe(
 
 
 def joint_states(
-    poses: PoseTable, bodies: Sequence[Body], solids: Sequence[ConvexSolid], sensor: Sensor, range_m: tuple[float, float]
+    poses: PoseTable,
+    bodies: Sequence[Body],
+    solids: Sequence[ConvexSolid],
+    sensor: Sensor,
+    range_m: tuple[float, float],
 ) -> UInt8Array:
     """(N, 25) uint8 of ``JointState`` for true poses, by geometry alone."""
     assert poses.joints_m is not None
     joints = poses.joints_m.astype(np.float64)
     camera_at = sensor.world_T_camera[:3, 3]
     pixels, depth = sensor.camera.project(apply(invert(sensor.world_T_camera), joints))
-    inside = sensor.camera.contains(pixels) if isinstance(sensor.camera, PinholeCamera) else np.isfinite(pixels).all(axis=-1)
+    inside = np.isfinite(pixels).all(axis=-1)
+    if isinstance(sensor.camera, PinholeCamera):
+        inside = sensor.camera.contains(pixels)
     shown = inside & (quantise_m(depth) >= range_m[0]) & (quantise_m(depth) <= range_m[1])
     hidden = np.zeros(shown.shape, dtype=np.bool_)
     hidden[shown] = segments_blocked(camera_at, joints[shown], pack_solids(solids))
     if len(poses):
         ends, radii = _all_capsules(poses, bodies, joints)
-        open_to_sight = shown & ~hidden
-        hidden |= _hidden_by_bodies(camera_at, joints, open_to_sight, ends, radii, _belongs(), _moments(poses.timestamp_ns))
+        moments = _moments(poses.timestamp_ns)
+        hidden |= _hidden_by_bodies(camera_at, joints, shown & ~hidden, ends, radii, _belongs(), moments)
     seen = np.where(hidden, JointState.INFERRED, JointState.TRACKED)
     return np.where(shown, seen, JointState.MISSING).astype(np.uint8)
 
@@ -166,7 +178,7 @@ def _errors(timestamp_ns: IntArray, state: UInt8Array, preset: PosePreset, seeds
     shape = (*state.shape, 3)
     white = seeds.rng("tracked").standard_normal(shape)
     seconds = np.diff(timestamp_ns, prepend=timestamp_ns[:1]) / NS_PER_S
-    keep = np.round(np.exp(-seconds / preset.drift_s), 12)
+    keep: FloatArray = np.round(np.exp(-seconds / preset.drift_s), 12)
     keep[:1] = 0.0
     drift = _autoregress(seeds.rng("inferred").standard_normal(shape).reshape(len(state), -1), keep).reshape(shape)
     inferred = (state == JointState.INFERRED)[..., None]
@@ -205,9 +217,9 @@ def _hidden_by_bodies(
                 for c in range(ends.shape[1]):
                     a, b = ends[other, c, 0], ends[other, c, 1]
                     ra, rb = radii[other, c, 0], radii[other, c, 1]
-                    if other == row:
-                        if belongs[c, j] or point_gap(joint[0], joint[1], joint[2], a, b, ra, rb) <= 0.0:
-                            continue
+                    own = other == row
+                    if own and (belongs[c, j] or point_gap(joint[0], joint[1], joint[2], a, b, ra, rb) <= 0.0):
+                        continue
                     if segment_hits(camera, joint, a, b, ra, rb):
                         hidden[row, j] = True
                         break
