@@ -59,12 +59,17 @@ def member_faults(infos: Sequence[zipfile.ZipInfo], limits: ArchiveLimits) -> li
     for info in infos:
         name = info.orig_filename
         faults.extend(f"{name!r}: {fault}" for fault in _member_faults(info, limits))
-        if not info.is_dir():
+        if not is_folder(info):
             names.append(name)
             total += info.file_size
     if total > limits.total_bytes and not any(info.file_size > limits.file_bytes for info in infos):
         faults.append(f"files declare {total} bytes together; the limit is {limits.total_bytes}")
     return faults + clash_faults(names)
+
+
+def is_folder(info: zipfile.ZipInfo) -> bool:
+    """Whether a member is a folder, by its name as stored; ``ZipInfo.is_dir`` fails on an empty one."""
+    return info.orig_filename.endswith("/")
 
 
 def path_fault(name: str) -> str | None:
@@ -115,8 +120,7 @@ def read_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
 
 
 def _member_faults(info: zipfile.ZipInfo, limits: ArchiveLimits) -> Iterable[str]:
-    directory = info.orig_filename.endswith("/")
-    fault = path_fault(info.orig_filename[:-1] if directory else info.orig_filename)
+    fault = path_fault(info.orig_filename.removesuffix("/") if is_folder(info) else info.orig_filename)
     if fault:
         yield fault
     kind = stat.S_IFMT(info.external_attr >> 16)

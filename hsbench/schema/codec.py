@@ -146,12 +146,12 @@ def events_from_table(table: pa.Table) -> EventTable:
     require_columns(table, "events", tuple(f.name for f in dataclasses.fields(EventTable)))
     return EventTable(
         _values(table, "person_id", np.int32),
-        tuple(table["activity"].to_pylist()),
+        _strings(table, "activity"),
         _values(table, "object_id", np.int32),
-        tuple(table["part"].to_pylist()),
+        _strings(table, "part"),
         _values(table, "start_ns", np.int64),
         _values(table, "end_ns", np.int64),
-        tuple(table["contact"].to_pylist()),
+        _strings(table, "contact"),
     )
 
 
@@ -206,11 +206,10 @@ def scene_from_plain(description: Mapping[str, Any], geometry: Mapping[str, AnyA
             vertices = geometry["vertices"][vertex_start[k] : vertex_start[k + 1]]
             triangles = geometry["triangles"][triangle_start[k] : triangle_start[k + 1]]
             convex = entry["convex"]
-            red, green, blue = entry["colour"]
             parts.append(
                 Part(
                     entry["name"],
-                    (red, green, blue),
+                    tuple(entry["colour"]),
                     entry["role"],
                     ConvexSolid(vertices, triangles) if convex else None,
                     None if convex else (vertices, triangles),
@@ -240,9 +239,7 @@ def grid_to_json(grid: VoxelGrid) -> JsonObject:
 def grid_from_json(value: Mapping[str, Any]) -> VoxelGrid:
     """The inverse of ``grid_to_json``."""
     exact_keys(value, "grid", ("origin_m", "shape", "voxel_m"))
-    x, y, z = value["origin_m"]
-    nx, ny, nz = value["shape"]
-    return VoxelGrid((x, y, z), (nx, ny, nz), value["voxel_m"])
+    return VoxelGrid(tuple(value["origin_m"]), tuple(value["shape"]), value["voxel_m"])
 
 
 def occupancy_to_arrays(occupancy: OccupancyTruth) -> Arrays:
@@ -350,8 +347,19 @@ def _values(table: pa.Table, name: str, dtype: type) -> AnyArray:
     return np.array(values)
 
 
+def _strings(table: pa.Table, name: str) -> tuple[str, ...]:
+    column = table[name]
+    if not pa.types.is_string(column.type) or column.null_count:
+        raise SchemaError(
+            f"column {name} has type {column.type} and {column.null_count} nulls; expected string and none"
+        )
+    return tuple(column.to_pylist())
+
+
 def _list_values(table: pa.Table, name: str, item_shape: tuple[int, ...], dtype: type) -> AnyArray:
     column = table[name].combine_chunks()
+    if column.null_count:
+        raise SchemaError(f"column {name} has {column.null_count} nulls; expected none")
     width = int(np.prod(item_shape))
     if not pa.types.is_fixed_size_list(column.type) or column.type.list_size != width:
         raise SchemaError(f"column {name} has type {column.type}; expected lists of {width}")

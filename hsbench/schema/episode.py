@@ -97,6 +97,20 @@ class FramesUntil:
 
 
 @dataclass(frozen=True, eq=False)
+class FramesTruthUntil:
+    """Truth of the first ``count`` frames of a sequence."""
+
+    frames: FramesTruth
+    count: int
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, index: int) -> FrameTruth:
+        return self.frames[range(self.count)[index]]
+
+
+@dataclass(frozen=True, eq=False)
 class ActivityMaps:
     """Activity maps for data without pictures: maps (n_act, h, w) float32 in 0..1, one name a channel.
 
@@ -111,6 +125,8 @@ class ActivityMaps:
         require(self.maps, "activity_maps.maps", (len(self.channels), None, None), np.float32)
         if self.maps.size and not (self.maps.min() >= 0.0 and self.maps.max() <= 1.0):
             raise SchemaError("activity_maps.maps leave 0..1 or hold NaN")
+        if self.cell_m is not None and not (np.isfinite(self.cell_m) and self.cell_m > 0):
+            raise SchemaError(f"activity_maps.cell_m is {self.cell_m}; expected metres > 0, or None where unknown")
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,13 +194,15 @@ class Episode:
         """
         if not seconds >= 0:
             raise SchemaError(f"until_s is {seconds}; expected seconds >= 0")
-        end_ns = min(self.end_ns, self.t0_ns + round(seconds * NS_PER_S))
+        end_ns = self.end_ns if seconds >= self.duration_s else self.t0_ns + round(seconds * NS_PER_S)
         poses = None if self.poses is None else self.poses.until(end_ns)
+        count = int(np.searchsorted(self.frames.timestamps_ns, end_ns, side="right"))
         truth = self.truth
+        if truth is not None and truth.frames is not None:
+            truth = replace(truth, frames=FramesTruthUntil(truth.frames, count))
         if truth is not None and truth.poses is not None:
             kept = 0 if poses is None else len(poses)
             truth = replace(truth, poses=replace(truth.poses, match=truth.poses.match[:kept]))
-        count = int(np.searchsorted(self.frames.timestamps_ns, end_ns, side="right"))
         return replace(self, frames=FramesUntil(self.frames, count), poses=poses, end_ns=end_ns, truth=truth)
 
 

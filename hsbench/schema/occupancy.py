@@ -81,6 +81,8 @@ class ObjectTruth:
         require(self.skirted_share, "objects.skirted_share", (n,), np.float32)
         if (self.visible_px > self.amodal_px).any() or (self.visible_px < 0).any():
             raise SchemaError("objects.visible_px exceeds amodal_px or is negative")
+        if not ((self.skirted_share >= 0) & (self.skirted_share <= 1)).all():
+            raise SchemaError("objects.skirted_share leaves 0..1 or holds NaN")
         if n and self.evidence.max() > max(Evidence):
             raise SchemaError(f"objects.evidence holds {self.evidence.max()}; expected 0..{max(Evidence)}")
 

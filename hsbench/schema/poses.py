@@ -73,9 +73,9 @@ class PoseTable:
             if joints is None:
                 continue
             require(joints, f"poses.{name}", (n, j, width), np.float32)
-            finite = np.isfinite(joints).all(axis=-1)
-            if (finite == missing).any():
-                row, joint = map(int, np.argwhere(finite == missing)[0])
+            fits = np.where(missing, np.isnan(joints).all(axis=-1), np.isfinite(joints).all(axis=-1))
+            if not fits.all():
+                row, joint = map(int, np.argwhere(~fits)[0])
                 raise SchemaError(
                     f"poses.{name} row {row} joint {self.layout.names[joint]} is {joints[row, joint]} with state "
                     f"{self.joint_state[row, joint]}; expected NaN where, and only where, the state is 0 (missing)"

@@ -12,8 +12,10 @@ import numpy as np
 
 from hsbench.errors import SchemaError
 from hsbench.geometry.convex import ConvexSolid
+from hsbench.geometry.polygons import signed_area
 from hsbench.geometry.transforms import apply, is_rigid
 from hsbench.schema.categories import Category, category
+from hsbench.schema.poses import require
 from hsbench.typing import FloatArray, Int32Array
 
 PERSON_ID_OFFSET = 60000  # a person's id in instance images: the offset plus the person id (1, 2, ...)
@@ -45,6 +47,12 @@ class Part:
             )
         if (self.solid is None) == (self.mesh is None):
             raise SchemaError(f"part {self.name!r} has both or neither of solid and mesh; expected exactly one")
+        if self.mesh is not None:
+            vertices, triangles = self.mesh
+            require(vertices, f"part {self.name!r} mesh vertices", (None, 3), np.float64)
+            require(triangles, f"part {self.name!r} mesh triangles", (None, 3), np.int32)
+            if triangles.size and not (triangles.min() >= 0 and triangles.max() < len(vertices)):
+                raise SchemaError(f"part {self.name!r} has triangle indices outside 0..{len(vertices) - 1}")
         if len(self.colour) != 3 or not all(isinstance(c, int) and 0 <= c <= 255 for c in self.colour):
             raise SchemaError(f"part {self.name!r} has colour {self.colour}; expected three integers 0..255")
 
@@ -132,8 +140,9 @@ class Scene:
     def __post_init__(self) -> None:
         if self.room_xy.ndim != 2 or self.room_xy.shape[1] != 2 or len(self.room_xy) < 3:
             raise SchemaError(f"scene {self.scene_id}: room_xy has shape {self.room_xy.shape}; expected (n >= 3, 2)")
-        x, y = self.room_xy.T
-        if float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) <= 0:
+        if not np.isfinite(self.room_xy).all():
+            raise SchemaError(f"scene {self.scene_id}: room_xy has a corner that is not finite; expected metres")
+        if signed_area(self.room_xy) <= 0:
             raise SchemaError(
                 f"scene {self.scene_id}: room_xy encloses no area or is clockwise; expected counter-clockwise"
             )

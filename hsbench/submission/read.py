@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from hsbench.errors import DataError
-from hsbench.io.archives import ArchiveLimits, clash_faults, member_faults, open_zip, path_fault, read_member
+from hsbench.io.archives import ArchiveLimits, clash_faults, is_folder, member_faults, open_zip, path_fault, read_member
 from hsbench.io.arrays import collect_npz
 from hsbench.submission.layout import SubmittedTask, prediction_file
 
@@ -134,7 +134,7 @@ class _Zip:
         self._archive = archive
         infos = archive.infolist()
         self.faults = tuple(member_faults(infos, LIMITS))
-        self._infos = {i.orig_filename: i for i in infos if not i.is_dir() and not member_faults([i], LIMITS)}
+        self._infos = {i.orig_filename: i for i in infos if not is_folder(i) and not member_faults([i], LIMITS)}
         self.names = tuple(sorted(self._infos))
         self.refused = frozenset(i.orig_filename for i in infos) - self._infos.keys()
 

@@ -2,7 +2,7 @@
 
 TASKS, object-detection-3d: *used* = touched; *skirted* = at least half of its free border swept by bodies.
 The border is ours to define: floor columns within BORDER_M of the object's columns that are free up to
-BORDER_HEIGHT_M and in the room; a column is swept if any of its voxels is.
+BORDER_HEIGHT_M (a rug is stepped on) and in the room; a column is swept if any of its voxels is.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from hsbench.geometry.rays import RayImage
+from hsbench.schema.categories import category
 from hsbench.schema.events import EventTable
 from hsbench.schema.occupancy import ObjectTruth, OccupancyTruth
 from hsbench.schema.scene import Scene
@@ -30,7 +31,8 @@ def object_truth(scene: Scene, image: RayImage, occupancy: OccupancyTruth, event
     share = np.zeros(n, dtype=np.float32)
     evidence = np.zeros(n, dtype=np.uint8)
     top = round(BORDER_HEIGHT_M / occupancy.grid.voxel_m)
-    free = ~occupancy.solid[:, :, :top].any(axis=2) & (occupancy.state[:, :, 0] != VoxelState.OUTSIDE_ROOM)
+    blocking = occupancy.solid & (occupancy.semantic != category("rug").category_id)
+    free = ~blocking[:, :, :top].any(axis=2) & (occupancy.state[:, :, 0] != VoxelState.OUTSIDE_ROOM)
     swept = np.isfinite(occupancy.swept_s).any(axis=2)
     disc = _disc(round(BORDER_M / occupancy.grid.voxel_m))
     for k, item in enumerate(scene.objects):

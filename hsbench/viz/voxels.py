@@ -19,10 +19,10 @@ PAPER = (250, 250, 248)
 def draw_voxels(
     labels: UInt8Array,
     colours: UInt8Array,
-    azimuth_rad: float = 2.45,
-    elevation_rad: float = 0.75,
+    azimuth_rad: float = 0.75,
+    elevation_rad: float = 0.8,
     width_px: int = 560,
-    height_px: int = 400,
+    height_px: int = 420,
 ) -> UInt8Array:
     """(nx, ny, nz) uint8 labels, 0 = empty, and (256, 3) uint8 rgb per label -> (h, w, 3) uint8 picture.
 

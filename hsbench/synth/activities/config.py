@@ -11,12 +11,12 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class LifeConfig:
-    """All lengths in seconds, drawn uniformly from their ranges.
+    """Lengths are seconds, drawn uniformly from their ranges.
 
     duration_s: from t0 to the end, the empty time included. empty_s: nobody is there before. fps: poses a second.
     explore, sit, touch, look: weights of what is done next. stand_s: pauses. sit_s: on a seat. touch_s: a hand at rest
-    on a part. look_s: at a window. speed_m_s: a walker's pace. touches_seated: tries to touch something while seated. atypical_share: of sits
-    and touches that become sitting on a table's edge instead (TASKS: life is not a label).
+    on a part. look_s: at a window. speed_m_s: a walker's pace, m/s. touches_seated: tries to touch something while
+    seated. atypical_share: of sits and touches that become sitting on a table's edge (TASKS: life is not a label).
     """
 
     duration_s: float = 120.0

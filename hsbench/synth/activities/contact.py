@@ -18,7 +18,7 @@ AXIS_SHARES = (0.0, 0.5, 1.0)  # points of a capsule's axis that are tested
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """The solids of a scene that a body can run into, packed; object_id: (S,) int32 whose they are; bounds: (S, 2, 3)."""
+    """Solids of a scene that a body can run into, packed; object_id: (S,) int32 whose they are; bounds: (S, 2, 3)."""
 
     packed: PackedSolids
     object_id: Int32Array

@@ -99,7 +99,9 @@ class Person:
         tips = joints[:, J[touch.contact.replace("hand", "hand_tip")]]
         return bool((np.sum((tips - np.array(touch.point_m)) ** 2, axis=1) > TOUCH_M**2).any())
 
-    def _do(self, chunk: Channels, action: Action, activity: str = "", thing: tuple[int, str, str] = (0, "", "")) -> None:
+    def _do(
+        self, chunk: Channels, action: Action, activity: str = "", thing: tuple[int, str, str] = (0, "", "")
+    ) -> None:
         """Append a chunk, and an event if it has a name; thing: object id, part and contact of the event."""
         start = self.length
         self.chunks.append(chunk)

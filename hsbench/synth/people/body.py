@@ -141,7 +141,7 @@ def capsules(body: Body, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
     In the order of ``CAPSULE_JOINTS``. The torso is two pairs side by side, so that it is wider than deep.
     """
     joints = np.asarray(joints, dtype=np.float64)
-    base, mid, top, neck, head = (joints[:, J[n], None] for n in ("spine_base", "spine_mid", "spine_shoulder", "neck", "head"))
+    base, mid, top, neck, head = (joints[:, J[n], None] for n in MIDDLE_JOINTS)
     limbs = joints[:, LIMB_JOINTS]
     across = unit(limbs[:, 1, [SHOULDER, HIP]] - limbs[:, 0, [SHOULDER, HIP]])[:, None] * np.array([[[-1.0]], [[1.0]]])
     chest, belly = across[:, :, 0] * body.of_stature(CHEST_OFFSET), across[:, :, 0] * body.of_stature(BELLY_OFFSET)
@@ -161,6 +161,7 @@ def capsules(body: Body, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
     return ends, np.array([*MIDDLE_RADII, *SIDE_RADII, *SIDE_RADII]) * (body.stature_m * body.girth)
 
 
+MIDDLE_JOINTS = ("spine_base", "spine_mid", "spine_shoulder", "neck", "head")
 SHOULDER, TIP, HIP, ANKLE = 0, 3, 4, 6  # places in a row of LIMB_JOINTS
 LIMB_JOINTS = np.array(
     [

@@ -108,7 +108,7 @@ def standing_height(body: Body) -> float:
 
 
 def pose(body: Body, channels: Channels, fps: float, rng: np.random.Generator | None) -> FloatArray:
-    """(T, 25, 3) joints in metres, rounded to .1 mm. ``rng`` gives the phases of sway and glances; None: a still body."""
+    """(T, 25, 3) joints in metres, rounded to .1 mm. ``rng`` gives the phases of sway and glances; None: none."""
     time_s = np.arange(len(channels)) / fps
     calm = 1 - channels.gain
     noise = [np.zeros_like(time_s) if rng is None else _idle(time_s, rng) for _ in range(7)]

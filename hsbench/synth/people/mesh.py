@@ -143,7 +143,7 @@ def _topology() -> tuple[Int32Array, IntArray]:
 
 
 def _loft(rings: int, sides: int) -> IntArray:
-    """(T, 3) triangles of rings stacked along +axis: vertex 0 is the low pole, 1 the high one, ring r from 2 + r sides."""
+    """(T, 3) triangles of stacked rings: vertex 0 is the low pole, 1 the high one, ring r starts at 2 + r sides."""
     i = np.arange(sides)
     j = (i + 1) % sides
     parts = [np.column_stack([np.zeros(sides, dtype=np.int64), 2 + j, 2 + i])]

@@ -38,7 +38,7 @@ LEVEL_LOOK_M = 1.3  # nobody bows to a point higher than this
 
 @dataclass(frozen=True)
 class SeatPose:
-    """Where a seated person is: pelvis (x, y, z), heading, and the balls of the left and the right foot, (x, y, z) each."""
+    """Where a seated person is: pelvis (x, y, z), heading, and the balls of left and right foot, (x, y, z) each."""
 
     pelvis_m: tuple[float, float, float]
     yaw_rad: float

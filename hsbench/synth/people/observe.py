@@ -73,10 +73,10 @@ def observe(
     preset: PosePreset,
     seeds: Seeds,
 ) -> tuple[PoseTable, IntArray]:
-    """What the detector gives of N true poses -> (PoseTable of M observed poses, (M,) int64 row of each one's true pose).
+    """What the detector gives of N true poses -> (M observed poses, (M,) int64 row of the true pose of each).
 
-    True poses are Kinect joints in the episode frame; track_id k is the person of ``bodies[k - 1]``. Solids are in
-    the episode frame. The first seconds of a longer take are observed as a shorter one would be.
+    True poses are Kinect joints; track_id k is the person of ``bodies[k - 1]``. Poses and solids are in the episode
+    frame. The first seconds of a longer take are observed as a shorter one would be.
     """
     if poses.skeleton != KINECT_V2.name or poses.joints_m is None:
         raise SchemaError(f"true poses are {poses.skeleton!r}; expected 3D joints of {KINECT_V2.name}")
@@ -178,7 +178,7 @@ def _errors(timestamp_ns: IntArray, state: UInt8Array, preset: PosePreset, seeds
     shape = (*state.shape, 3)
     white = seeds.rng("tracked").standard_normal(shape)
     seconds = np.diff(timestamp_ns, prepend=timestamp_ns[:1]) / NS_PER_S
-    keep: FloatArray = np.round(np.exp(-seconds / preset.drift_s), 12)
+    keep = np.asarray(np.round(np.exp(-seconds / preset.drift_s), 12), dtype=np.float64)
     keep[:1] = 0.0
     drift = _autoregress(seeds.rng("inferred").standard_normal(shape).reshape(len(state), -1), keep).reshape(shape)
     inferred = (state == JointState.INFERRED)[..., None]

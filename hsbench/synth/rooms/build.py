@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Scene, SceneObject
 from hsbench.synth.furniture import MOVABLE, Style, family
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.finish import clutter_on, curtains
@@ -18,7 +18,6 @@ from hsbench.synth.rooms.poses import Context
 from hsbench.synth.rooms.shell import draw_shell, shell_objects
 from hsbench.synth.rooms.templates import FILLERS, TEMPLATES
 from hsbench.synth.seeds import Seeds
-from hsbench.typing import FloatArray
 
 FITS = (1.0, 0.5, 0.0)  # a group that does not fit is tried in smaller sizes
 FILLER_ROUNDS = 3
@@ -34,13 +33,16 @@ def build_scene(scene_id: str, seeds: Seeds, config: RoomConfig, families: tuple
         raise SchemaError("build_scene got no style family; expected at least one name")
     style = family(families[int(seeds.rng("family").integers(len(families)))]).for_room(seeds.rng("style"))
     template_name = _template(seeds.rng("template"), config)
-    layout = Layout(draw_shell(seeds, config), config)
+    shell = draw_shell(seeds, config)
+    layout = Layout(shell, shell_objects(shell, seeds, style), config)
     for i, group in enumerate(_programme(seeds.rng("programme"), template_name, config)):
         _place(layout, style, seeds.child(f"group-{i}"), config, group)
     _fill_up(layout, style, seeds, config)
     curtains(layout, style, seeds, config)
     clutter_on(layout, style, seeds, config)
-    return _scene(scene_id, TEMPLATES[template_name].room_type, layout, seeds, style)
+    return Scene(
+        scene_id, TEMPLATES[template_name].room_type, shell.outline_xy, shell.size_m[2], _objects(layout), style.name
+    )
 
 
 def _template(rng: np.random.Generator, config: RoomConfig) -> str:
@@ -82,14 +84,17 @@ def _fill_up(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> 
             _place(layout, style, seeds.child(f"filler-{turn}-{i}"), config, FILLERS[int(i)])
 
 
-def _scene(scene_id: str, room_type: str, layout: Layout, seeds: Seeds, style: Style) -> Scene:
-    """Objects with ascending ids: structure first, then furniture in the order of placement."""
-    found: list[tuple[str, FloatArray, tuple[Part, ...]]] = [
-        *shell_objects(layout.shell, seeds, style),
-        *((item.piece.category_name, item.pose.scene_T_object, item.piece.parts) for item in layout.items),
-    ]
-    objects = tuple(
-        SceneObject(i, name, pose, parts, movable=name in MOVABLE)
-        for i, (name, pose, parts) in enumerate(found, start=1)
+def _objects(layout: Layout) -> tuple[SceneObject, ...]:
+    """All objects with ascending ids: structure first, then furniture in the order of placement."""
+    first = len(layout.structure) + 1
+    placed = (
+        SceneObject(
+            i,
+            item.piece.category_name,
+            item.pose.scene_T_object,
+            item.piece.parts,
+            movable=item.piece.category_name in MOVABLE,
+        )
+        for i, item in enumerate(layout.items, start=first)
     )
-    return Scene(scene_id, room_type, layout.shell.outline_xy, layout.shell.size_m[2], objects, style.name)
+    return (*layout.structure, *placed)

@@ -127,8 +127,8 @@ def _window(rng: np.random.Generator, wall: int, length: float, ceiling: float, 
     return Opening("window", wall, middle, width, sill, float(quantise_m(sill + height)))
 
 
-def shell_objects(shell: Shell, seeds: Seeds, style: Style) -> list[tuple[str, FloatArray, tuple[Part, ...]]]:
-    """(category, scene_T_object, parts) of floor, ceiling, walls, door and windows, in this order."""
+def shell_objects(shell: Shell, seeds: Seeds, style: Style) -> list[SceneObject]:
+    """Floor, ceiling, walls, door and windows, in this order, with ids from 1."""
     rng = seeds.rng("surfaces")
     w, d, h = shell.size_m
     t = shell.thickness_m
@@ -152,7 +152,7 @@ def shell_objects(shell: Shell, seeds: Seeds, style: Style) -> list[tuple[str, F
             else window(own, style, hole.width_m, hole.low_m, hole.high_m - hole.low_m, t)
         )
         found.append((hole.kind, planar(x, y, wall.yaw), parts))
-    return found
+    return [SceneObject(i, kind, pose, parts) for i, (kind, pose, parts) in enumerate(found, start=1)]
 
 
 def _planks(rng: np.random.Generator, style: Style, width: float, depth: float) -> tuple[Part, ...]:
@@ -206,8 +206,3 @@ def _light_switch(x: float, clear: float, half: float) -> Part:
     middle = x - clear - 0.1 if x > 0 else x + clear + 0.1
     middle = min(max(middle, -half + side), half - side)
     return block("switch", WHITE, (middle - side / 2, -thick, z), (middle + side / 2, 0.0, z + side), "switch")
-
-
-def as_object(object_id: int, category: str, scene_T_object: FloatArray, parts: tuple[Part, ...]) -> SceneObject:
-    """A structure object of the shell; nothing of it moves."""
-    return SceneObject(object_id, category, scene_T_object, parts)

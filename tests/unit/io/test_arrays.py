@@ -129,6 +129,14 @@ def test_each_fault_in_one_line() -> None:
     assert "truncated or damaged" in only_fault(bytes(flipped))
 
 
+@pytest.mark.parametrize("header", [b"{'descr': '''", b"(" * 500, b"{'descr': (", b"{}", b"\xff", b"", b"0" * 5000])
+def test_any_text_in_a_header_is_a_fault(header: bytes) -> None:
+    text = header.ljust(117) + b"\n"
+    for version, length in ((b"\x01\x00", "<H"), (b"\x02\x00", "<I"), (b"\x09\x00", "<H")):
+        fake = b"\x93NUMPY" + version + struct.pack(length, len(text)) + text + bytes(24)
+        assert "header cannot be read" in only_fault(zipped([("a.npy", fake)]))
+
+
 def twice() -> bytes:
     with pytest.warns(UserWarning, match="Duplicate name"):
         return zipped([("a.npy", npy(GOOD)), ("a.npy", npy(GOOD))])

@@ -72,6 +72,11 @@ def test_a_nul_in_a_name_is_not_cut_off(tmp_path: Path) -> None:
     assert "control or invisible" in fault
 
 
+def test_an_empty_name(tmp_path: Path) -> None:
+    (fault,) = check(with_member(tmp_path, zipfile.ZipInfo("")), TASK, EPISODES)
+    assert "path of 0 characters" in fault
+
+
 def test_links_in_a_zip(tmp_path: Path) -> None:
     info = zipfile.ZipInfo("predictions/ep-4.npz")
     info.external_attr = (stat.S_IFLNK | 0o777) << 16

@@ -53,7 +53,8 @@ def test_only_what_a_body_can_hit_blocks() -> None:
 
 def test_a_cone_blocks_by_its_slice_within_the_range() -> None:
     outline = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    roof = frustum(outline * 0.1 + (2, 1.5), outline + (2, 1.5), 0.0, 3.6)  # at 1.8 m half-way: half width .55
+    middle = np.array([2.0, 1.5])
+    roof = frustum(outline * 0.1 + middle, outline + middle, 0.0, 3.6)  # at 1.8 m half-way: half width .55
     walk = walk_map(scene_of(roof))
     expected = walk_map(scene_of()).free & ~minkowski(walk.centres(), (1.45, 0.95), (2.55, 2.05), 0.25)
     assert np.array_equal(walk.free, expected)
