@@ -21,10 +21,9 @@ ANY_PATH = click.Path(path_type=Path)
 
 def data_option(function: F) -> F:
     """``--data DIR`` and ``--split NAME``."""
-    function = click.option(
-        "--split", metavar="NAME", help="Only episodes of this split: train, val, test-seen, test-novel."
-    )(function)
-    return click.option("--data", required=True, type=FOLDER, metavar="DIR", help="Folder of a data set.")(function)
+    data = click.option("--data", required=True, type=FOLDER, metavar="DIR", help="Folder of a data set.")
+    split = click.option("--split", metavar="NAME", help="Only this split: train, val, test-seen, test-novel.")
+    return data(split(function))
 
 
 def json_option(function: F) -> F:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from hsbench.cli.common import FOLDER, data_option, progress
+from hsbench.cli.common import FOLDER, progress
+from hsbench.errors import HsbenchError
 
 
 @click.command(
@@ -14,7 +15,8 @@ from hsbench.cli.common import FOLDER, data_option, progress
     short_help="run a baseline over a data set",
 )
 @click.argument("method", required=False)
-@data_option
+@click.option("--data", type=FOLDER, metavar="DIR", help="Folder of a data set.")
+@click.option("--split", metavar="NAME", help="Only this split: train, val, test-seen, test-novel.")
 @click.option("--out", type=FOLDER, metavar="DIR", help="Folder of the submission.")
 @click.option(
     "--train", type=FOLDER, metavar="DIR", help="Data set whose split train fits the method; default: the same."
@@ -22,10 +24,10 @@ from hsbench.cli.common import FOLDER, data_option, progress
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of methods that draw.")
 @click.option("--until", "until_s", type=float, metavar="S", help="Watch only so many seconds.")
 @click.option("--replace", is_flag=True, help="Replace --out if it exists.")
-@click.option("--list", "list_methods", is_flag=True, is_eager=True, help="List the methods (with --data anything).")
+@click.option("--list", "list_methods", is_flag=True, is_eager=True, help="List the methods.")
 def command(
     method: str | None,
-    data: Path,
+    data: Path | None,
     split: str | None,
     out: Path | None,
     train: Path | None,
@@ -34,7 +36,7 @@ def command(
     replace: bool,
     list_methods: bool,
 ) -> None:
-    """Run METHOD on every episode of a data set and write its answers as a submission."""
+    """Run METHOD on every episode of a data set and write its answers as a submission; without METHOD, list them."""
     from hsbench.baselines.occlusion.methods import METHODS
     from hsbench.baselines.occlusion.run import predict
     from hsbench.datasets.dataset import load
@@ -43,8 +45,10 @@ def command(
         for item in METHODS.values():
             click.echo(f"{item.name:<16}{item.track:<14}{item.summary}")
         return
-    if out is None:
-        raise click.UsageError("--out DIR is missing: the folder the submission is written to")
+    if data is None or out is None:
+        raise click.UsageError("--data DIR and --out DIR are needed: a data set, and where the submission is written")
+    if out.exists() and not replace:
+        raise HsbenchError(f"{out} exists already; choose another --out or give --replace")
     dataset = load(data, split, until_s=until_s)
     training = None if train is None else load(train, "train")
     answers = predict(method, dataset, out, train=training, seed=seed, replace_out=replace)

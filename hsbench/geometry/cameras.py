@@ -92,7 +92,7 @@ class EquirectangularCamera:
         points_camera = np.asarray(points_camera, dtype=np.float64)
         range_m = np.linalg.norm(points_camera, axis=-1)
         safe = np.where(range_m > 0, range_m, np.nan)
-        azimuth = np.arctan2(points_camera[..., 0] / safe, points_camera[..., 2] / safe)
+        azimuth = np.where(range_m > 0, np.arctan2(points_camera[..., 0], points_camera[..., 2]), np.nan)
         elevation = np.arcsin(np.clip(-points_camera[..., 1] / safe, -1.0, 1.0))
         u = (azimuth / (2 * np.pi) + 0.5) * self.width_px
         v = (0.5 - elevation / np.pi) * self.height_px

@@ -70,7 +70,7 @@ def read_index(root: Path) -> list[dict[str, Any]]:
 
 def verify_files(root: Path) -> list[str]:
     """Every fault of a data set's files against its manifests: missing, changed, or not listed."""
-    listed = read_json(root / MANIFEST_FILE)
+    listed = _read_manifest(root / MANIFEST_FILE)
     faults = []
     for name in listed:
         path = root / name
@@ -78,10 +78,21 @@ def verify_files(root: Path) -> list[str]:
             faults.append(f"{name} is missing")
         elif sha256_file(path) != listed[name]:
             faults.append(f"{name} has changed since the data set was made")
+    for place in (root, root / EPISODES_FOLDER):
+        files = sorted(p.relative_to(root).as_posix() for p in place.iterdir() if not p.is_dir())
+        faults += [f"{name} is not in {MANIFEST_FILE}" for name in files if name not in {*listed, MANIFEST_FILE}]
     for unit in unit_folders(root):
         relative = f"{EPISODES_FOLDER}/{unit.name}"
         if f"{relative}/{MANIFEST_FILE}" not in listed:
             faults.append(f"{relative} is not in {MANIFEST_FILE} (was it added by hand?)")
         elif (unit / MANIFEST_FILE).is_file():
-            faults += [f"{relative}/{fault}" for fault in verify(unit, read_json(unit / MANIFEST_FILE), exclude=[MANIFEST_FILE])]
+            expected = _read_manifest(unit / MANIFEST_FILE)
+            faults += [f"{relative}/{fault}" for fault in verify(unit, expected, exclude=[MANIFEST_FILE])]
     return faults
+
+
+def _read_manifest(path: Path) -> dict[str, str]:
+    value = read_json(path)
+    if not isinstance(value, dict) or not all(isinstance(v, str) for v in value.values()):
+        raise DataError(f"{path} is no manifest; expected an object of file names and their sha256")
+    return value

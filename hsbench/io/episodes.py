@@ -223,7 +223,7 @@ def read_parquet(path: Path) -> pa.Table:
     """A Parquet file. Raises DataError where it is missing or damaged."""
     try:
         return pq.read_table(path)
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, ValueError, pa.ArrowException) as error:
         raise DataError(f"{path} cannot be read: {str(error).splitlines()[0]}") from error
 
 

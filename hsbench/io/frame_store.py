@@ -147,37 +147,35 @@ class Recording:
     @cached_property
     def timestamps_ns(self) -> IntArray:
         """(n,) int64 time stamps of the frames."""
-        column = self._patches.read(columns=["timestamp_ns"])["timestamp_ns"].combine_chunks()
-        return np.array(column.to_numpy(zero_copy_only=False), dtype=np.int64)
+        path = self.folder / "patches.parquet"
+        return _timestamps(path, lambda: self._patches.read(columns=["timestamp_ns"]))
 
     @cached_property
     def _patches(self) -> pq.ParquetFile:
         path = self.folder / "patches.parquet"
         try:
             patches = pq.ParquetFile(path)
-        except (OSError, pa.ArrowException) as error:
+        except (OSError, ValueError, pa.ArrowException) as error:
             raise DataError(f"{path} cannot be read: {str(error).splitlines()[0]}") from error
         if not patches.schema_arrow.equals(PATCH_SCHEMA):
-            raise DataError(f"{path} has columns {patches.schema_arrow.names}; expected {PATCH_SCHEMA.names}")
+            raise DataError(f"{path} has columns {patches.schema_arrow}; expected {PATCH_SCHEMA}".replace("\n", ", "))
+        if patches.num_row_groups != patches.metadata.num_rows:
+            raise DataError(
+                f"{path} has {patches.num_row_groups} row groups for {patches.metadata.num_rows} rows; expected one each"
+            )
         return patches
 
     def picture(self, frame: int) -> Picture:
         """The clean picture of a frame. Raises IndexError beyond the last, DataError where the patch is damaged."""
         frame = range(len(self.timestamps_ns))[frame]
-        row = {name: values[0] for name, values in self._patches.read_row_group(frame).to_pydict().items()}
         back = self.background
         picture = Picture(back.rgb.copy(), back.depth_mm.copy(), back.instance.copy())
-        height, width = row["height"], row["width"]
-        bits = np.frombuffer(row["mask"], dtype=np.uint8)
         try:
-            mask = np.unpackbits(bits, count=height * width, bitorder="little").astype(bool).reshape(height, width)
-            window = (slice(row["row"], row["row"] + height), slice(row["column"], row["column"] + width))
-            picture.rgb[window][mask] = np.frombuffer(row["rgb"], dtype=np.uint8).reshape(-1, 3)
-            picture.depth_mm[window][mask] = np.frombuffer(row["depth_mm"], dtype="<u2")
-            picture.instance[window][mask] = np.frombuffer(row["instance"], dtype="<u2")
-        except (ValueError, IndexError) as error:
+            (row,) = self._patches.read_row_group(frame).to_pylist()
+            _lay_over(picture, row)
+        except (OSError, pa.ArrowException, TypeError, ValueError) as error:
             raise DataError(
-                f"{self.folder / 'patches.parquet'} frame {frame} does not fit its mask ({error})"
+                f"{self.folder / 'patches.parquet'} frame {frame} cannot be read: {str(error).splitlines()[0]}"
             ) from error
         return picture
 
@@ -185,11 +183,38 @@ class Recording:
         return type(self), (self.folder,)
 
 
+def _lay_over(picture: Picture, row: dict[str, Any]) -> None:
+    """Set the masked pixels of a row of the table. Raises ValueError or TypeError where the row does not fit."""
+    top, left, height, width = row["row"], row["column"], row["height"], row["width"]
+    rows, columns = picture.depth_mm.shape
+    if not (0 <= top <= top + height <= rows and 0 <= left <= left + width <= columns):
+        raise ValueError(f"window {height} x {width} at ({top}, {left}) leaves the image of {rows} x {columns}")
+    bits = np.frombuffer(row["mask"], dtype=np.uint8)
+    if len(bits) != -(-height * width // 8):
+        raise ValueError(f"mask has {len(bits)} bytes for {height} x {width} pixels")
+    mask = np.unpackbits(bits, count=height * width, bitorder="little").astype(bool).reshape(height, width)
+    for name in ("rgb", "depth_mm", "instance"):
+        window = getattr(picture, name)[top : top + height, left : left + width]
+        values = np.frombuffer(row[name], dtype=window.dtype.newbyteorder("<"))
+        window[mask] = values.reshape(np.count_nonzero(mask), *window.shape[2:])
+
+
+def _timestamps(path: Path, read: Callable[[], pa.Table]) -> IntArray:
+    """(n,) int64: column timestamp_ns of what ``read`` reads. Raises DataError naming the file."""
+    try:
+        column = read()["timestamp_ns"].combine_chunks()
+    except (OSError, KeyError, ValueError, pa.ArrowException) as error:
+        raise DataError(f"{path} cannot be read: {str(error).splitlines()[0]}") from error
+    if column.null_count or column.type != pa.int64():
+        raise DataError(f"{path} column timestamp_ns is {column.type} with {column.null_count} nulls; expected int64")
+    return np.array(column.to_numpy(zero_copy_only=False), dtype=np.int64)
+
+
 @dataclass(frozen=True, eq=False)
 class RecordingFrames:
     """A recording as input: rgb, and depth with seeded noise (or none at all for a camera without depth)."""
 
-    recording: Recording
+    _recording: Recording  # clean signal, so no input
     episode_id: str
     noise_seed: int
     noise_preset: str
@@ -198,14 +223,14 @@ class RecordingFrames:
     @property
     def timestamps_ns(self) -> IntArray:
         """(n,) int64 time stamps."""
-        return self.recording.timestamps_ns
+        return self._recording.timestamps_ns
 
     def __len__(self) -> int:
         return len(self.timestamps_ns)
 
     def __getitem__(self, index: int) -> Frame:
         index = range(len(self))[index]
-        return _input_frame(self, self.recording.picture(index), index)
+        return _input_frame(self, self._recording.picture(index), index)
 
 
 def _input_frame(frames: Film | RecordingFrames, picture: Picture, index: int) -> Frame:
@@ -247,8 +272,8 @@ class ImageFrames:
     @cached_property
     def timestamps_ns(self) -> IntArray:
         """(n,) int64 time stamps."""
-        table = pq.read_table(self.folder / "frames.parquet", columns=["timestamp_ns"])
-        return np.array(table["timestamp_ns"].to_numpy(), dtype=np.int64)
+        path = self.folder / "frames.parquet"
+        return _timestamps(path, lambda: pq.read_table(path, columns=["timestamp_ns"]))
 
     def __len__(self) -> int:
         return len(self.timestamps_ns)

@@ -52,7 +52,7 @@ def encode_jpeg(image: AnyArray, quality: int = 88) -> bytes:
 
 def depth_to_mm(depth_m: AnyArray) -> UInt16Array:
     """Metres (0 or non-finite = none) -> uint16 millimetres, rounded; beyond 65.5 m becomes none."""
-    depth_mm = np.round(np.nan_to_num(np.asarray(depth_m, dtype=np.float64), posinf=0.0) * MM_PER_M)
+    depth_mm = np.round(np.nan_to_num(np.asarray(depth_m, dtype=np.float64), posinf=0.0, neginf=0.0) * MM_PER_M)
     return np.where((depth_mm < 0) | (depth_mm > MAX_DEPTH_MM), 0, depth_mm).astype(np.uint16)
 
 

@@ -53,7 +53,7 @@ def read_splits(dataset: str, version: str = "v0") -> Splits:
                 for size, counts in value["sizes"].items()
             },
         )
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(
             f"{path}: {type(error).__name__} on {error}; expected dataset, version, status, first_scene, sizes"
         ) from error

@@ -27,6 +27,7 @@ floor, ceiling, wall, door or window (``STRUCTURE``).
 | ``occluded`` | OCCLUDED: the primary one |
 | ``surface+occluded`` | SURFACE or OCCLUDED |
 | ``known`` | any state but UNKNOWN: all voxels whose truth is known |
+| ``everything`` | any state but UNKNOWN, no limits on z, structure counts as solid: every voxel whose truth is known |
 | ``occluded-full-height`` | OCCLUDED, no limits on z |
 | ``occluded-with-structure`` | OCCLUDED, structure counts as solid |
 | ``outside-frustum`` | OUTSIDE_FOV |
@@ -34,6 +35,8 @@ floor, ceiling, wall, door or window (``STRUCTURE``).
 | ``occluded-unswept`` | OCCLUDED, none did |
 
 Protocols: ``hsbench-occluded``, ``hsbench-surface-occluded`` and ``hsbench-known`` are the regions of those names.
+``monoscene`` is region ``everything``: MonoScene (Cao, de Charette, CVPR 2022) and VoxFormer evaluate all voxels with
+a label, structure and visible ones too, counts pooled over scenes.
 
 Differences from other scorers
 ------------------------------
@@ -125,6 +128,7 @@ PROTOCOLS: Mapping[str, str] = {
     "hsbench-occluded": "occluded",
     "hsbench-surface-occluded": "surface+occluded",
     "hsbench-known": "known",
+    "monoscene": "everything",
 }
 """Protocol name -> region whose counts it scores."""
 

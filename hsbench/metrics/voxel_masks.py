@@ -40,6 +40,7 @@ REGIONS: Mapping[str, Region] = {
     "occluded": Region(_OCCLUDED),
     "surface+occluded": Region((VoxelState.SURFACE, VoxelState.OCCLUDED)),
     "known": Region(_KNOWN),
+    "everything": Region(_KNOWN, full_height=True, structure=True),
     "occluded-full-height": Region(_OCCLUDED, full_height=True),
     "occluded-with-structure": Region(_OCCLUDED, structure=True),
     "outside-frustum": Region((VoxelState.OUTSIDE_FOV,)),

@@ -10,7 +10,7 @@ import os
 import stat
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -58,13 +58,15 @@ def open_submission(path: str | Path) -> Iterator[SubmissionFiles]:
     if place.is_dir():
         yield _Folder(place)
         return
-    try:
-        with place.open("rb") as file, open_zip(file, LIMITS) as archive:
-            yield _Zip(archive)
-    except DataError as error:
-        raise DataError(f"{place}: {error}; expected a submission as a folder or a zip of it") from error
-    except OSError as error:
-        raise DataError(f"{place}: {error.strerror or error}; expected a folder or a zip") from error
+    with ExitStack() as stack:
+        try:
+            file = stack.enter_context(place.open("rb"))
+            archive = stack.enter_context(open_zip(file, LIMITS))
+        except DataError as error:
+            raise DataError(f"{place}: {error}; expected a submission as a folder or a zip of it") from error
+        except OSError as error:
+            raise DataError(f"{place}: {error.strerror or error}; expected a folder or a zip") from error
+        yield _Zip(archive)
 
 
 class Predictions:

@@ -38,10 +38,9 @@ def depth_states(grid: VoxelGrid, camera: PinholeCamera, world_T_camera: FloatAr
 
     Occluded where the centre's camera depth z > D + margin at its pixel, surface within the margin, else free.
     """
-    if np.shape(depth_m) != (camera.height_px, camera.width_px):
-        raise SchemaError(
-            f"depth_m has shape {np.shape(depth_m)}; expected ({camera.height_px}, {camera.width_px}) as the camera says"
-        )
+    size = (camera.height_px, camera.width_px)
+    if np.shape(depth_m) != size:
+        raise SchemaError(f"depth_m has shape {np.shape(depth_m)}; expected {size} as the camera says")
     centres = apply(invert(world_T_camera), grid.centres())
     pixels, z = camera.project(centres)
     inside = camera.contains(pixels)

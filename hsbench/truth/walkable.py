@@ -24,6 +24,7 @@ RADIUS_M = 0.25  # TASKS, affordance-topdown
 HEAD_ROOM_M = 1.8
 CELL_M = 0.05
 STEP_M = 0.02
+LAST_BITS_M = 1e-9  # a distance so near to the radius is the radius: ties are the same on every machine
 TOUCH_M = 1e-6  # a slice thinner than this is a touch, not a hit: lengths are quantised to .1 mm
 SNAP_M = 0.5  # a start point may lie this far from the free cell it stands for
 ENTRY_INSET_M = RADIUS_M + CELL_M  # an entry lies so far inside the room that a body there clears the wall
@@ -72,7 +73,7 @@ def walk_map(
     """
     origin_xy, shape = _grid(scene.room_xy, cell_m)
     centres = WalkMap(origin_xy, np.zeros(shape, dtype=np.bool_), cell_m).centres()
-    free = contains(scene.room_xy, centres) & (_outline_distance(scene.room_xy, centres) > radius_m)
+    free = contains(scene.room_xy, centres) & (_outline_distance(scene.room_xy, centres) > radius_m + LAST_BITS_M)
     walk = WalkMap(origin_xy, free, cell_m)
     for item in scene.objects:
         if len(item.solids) != len(item.parts):
@@ -211,6 +212,7 @@ def _block(
         return
     hull = _hull(_slice_points(vertices, triangles, z_low, z_high))
     n = len(hull)
+    limit = (radius + LAST_BITS_M) ** 2
     first_x = max(0, int(np.floor((hull[:, 0].min() - radius - origin[0]) / cell - 0.5)))
     last_x = min(free.shape[0] - 1, int(np.ceil((hull[:, 0].max() + radius - origin[0]) / cell - 0.5)))
     first_y = max(0, int(np.floor((hull[:, 1].min() - radius - origin[1]) / cell - 0.5)))
@@ -230,7 +232,7 @@ def _block(
                 length2 = dx * dx + dy * dy
                 share = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / length2))
                 gap_x, gap_y = x - ax - share * dx, y - ay - share * dy
-                if gap_x * gap_x + gap_y * gap_y <= radius * radius:
+                if gap_x * gap_x + gap_y * gap_y <= limit:
                     free[i, j] = False
                     break
             if inside:

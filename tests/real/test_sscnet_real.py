@@ -16,6 +16,8 @@ from scipy.io import loadmat
 from hsbench.datasets.importers import sscnet
 from hsbench.geometry import transforms
 from hsbench.geometry.grids import VoxelGrid
+from hsbench.metrics.completion import score
+from hsbench.schema.states import VoxelState
 from hsbench.typing import AnyArray, BoolArray, FloatArray
 
 REALDATA = Path(os.environ.get("HSBENCH_REALDATA", Path(__file__).parents[3] / "shared" / "realdata"))
@@ -93,11 +95,10 @@ def test_downsampling_gives_the_published_labels(frame: sscnet.SscnetFrame, pred
 
 def test_completion_of_a_real_prediction(prediction: dict[str, AnyArray]) -> None:
     known = prediction["gt"] != sscnet.UNKNOWN
-    truth, found = prediction["gt"][known] > 0, prediction["pred"][known] > 0
-    hits = int((truth & found).sum())
-    assert round(hits / int(found.sum()), 3) == 0.676
-    assert round(hits / int(truth.sum()), 3) == 0.778
-    assert round(hits / int((truth | found).sum()), 3) == 0.567
+    truth = np.where(known, prediction["gt"], 0) > 0
+    state = np.where(known, VoxelState.FREE, VoxelState.UNKNOWN).astype(np.uint8)
+    result = score(truth, prediction["pred"] > 0, state, protocol="monoscene")
+    assert (round(result.precision, 3), round(result.recall, 3), round(result.iou, 3)) == (0.676, 0.778, 0.567)
 
 
 def test_class_map_is_the_published_one() -> None:

@@ -12,13 +12,13 @@ def belongs(region, state, semantic, height_m, ignored, swept_s, structure_ids):
     """Whether one voxel counts in a region."""
     if ignored or state == OUTSIDE_ROOM:
         return False
-    if region != "occluded-full-height" and not 0 < height_m <= 2.0:
+    if region not in ("occluded-full-height", "everything") and not 0 < height_m <= 2.0:
         return False
-    if region != "occluded-with-structure" and semantic in structure_ids:
+    if region not in ("occluded-with-structure", "everything") and semantic in structure_ids:
         return False
     if region == "surface+occluded":
         return state in (SURFACE, OCCLUDED)
-    if region == "known":
+    if region in ("known", "everything"):
         return state != UNKNOWN
     if region == "outside-frustum":
         return state == OUTSIDE_FOV

@@ -26,7 +26,7 @@ class CarveConfig:
 
     stand_ratio: float = 0.75
     sit_ratio: float = 0.5
-    pelvis_stand_m: float = 0.75
+    pelvis_stand_m: float = 0.60  # recorded Kinect skeletons of standing adults have their pelvis at .73 m and above
     pelvis_sit_m: tuple[float, float] = (0.25, 0.75)
     head_stand_m: float = 1.40
     head_sit_m: tuple[float, float] = (0.80, 1.35)

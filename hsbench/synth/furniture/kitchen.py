@@ -16,7 +16,7 @@ STEEL: Rgb = (188, 190, 192)
 
 def fridge(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
     """A fridge with a freezer below: two fronts with upright handles."""
-    colour = tone(rng, pick(rng, ((238, 238, 236), (196, 198, 200), style.accents[0])))
+    colour = tone(rng, pick(rng, ((238, 238, 236), (196, 198, 200), style.paints[0])))
     metal = shade(pick(rng, style.metals), 0.9)
     width, depth, height = draw(rng, (0.56, 0.62), fit), draw(rng, (0.56, 0.62), fit), draw(rng, (1.6, 1.9))
     x, y, split = width / 2, depth / 2, draw(rng, (0.6, 0.75))
@@ -84,7 +84,7 @@ def _wall_cupboards(
 
 def kitchen_island(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
     """A free-standing block with a worktop that overhangs at the back (+y), drawers and doors at the front."""
-    paint, metal = tone(rng, pick(rng, (*style.paints, *style.accents))), pick(rng, style.metals)
+    paint, metal = tone(rng, pick(rng, style.paints)), pick(rng, style.metals)
     stone = tone(rng, pick(rng, style.woods))
     width, depth, height = draw(rng, (1.1, 1.7), fit), draw(rng, (0.6, 0.75), fit), draw(rng, (0.88, 0.92))
     x, y = width / 2, depth / 2

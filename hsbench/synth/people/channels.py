@@ -35,7 +35,7 @@ IDLE_TWIST_RAD = (0.02, 0.05)
 IDLE_LOOK_RAD = 0.35
 IDLE_PERIODS_S = (3.1, 5.3, 8.9)  # incommensurable, so that the sum does not repeat
 HAND_ON_THIGH = 0.68  # of the way from hip to knee
-REACH_CURVE = (0.35, 0.12)  # the hand's way bends: share of the way of its control point, and metres it rises
+REACH_CURVE = (0.8, 0.12)  # a hand first draws back to below the shoulder, by this share, and rises above its target
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ def _tips(body: Body, channels: Channels, posture: Posture, swing: FloatArray) -
         on_thigh = hip + HAND_ON_THIGH * (knee - hip) + body.radius(anatomy.RADIUS_THIGH[1] + 0.012) * up
         tip = free + smooth(channels.seated)[:, None] * (on_thigh - free)
         share, target = channels.reach[:, side, None], channels.target[:, side]
-        control = tip + REACH_CURVE[0] * (target - tip)
+        control = tip + REACH_CURVE[0] * (shoulder[:, side] - tip)
         control[:, 2] = np.maximum(tip[:, 2], target[:, 2]) + REACH_CURVE[1]
         tips[:, side] = (1 - share) ** 2 * tip + 2 * share * (1 - share) * control + share**2 * target
     return tips

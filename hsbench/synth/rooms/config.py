@@ -26,7 +26,7 @@ class RoomConfig:
     furniture: tuple[int, int] = (6, 20)
     """Fewest and most objects of the furniture group."""
     clutter_per_top: float = 1.2
-    """Mean number of small things on a table or board."""
+    """Mean number of small things tried on a table or board, at most 3."""
     curtain_share: float = 0.5
     turned_chair_share: float = 0.2
     """Share of chairs at a table that stand somewhat turned, as left by who got up."""

@@ -40,7 +40,7 @@ def clutter_on(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -
         if carrier.piece.category_name not in CARRIERS:
             continue
         own = seeds.child(f"clutter-{i}")
-        count = min(MAX_ON_TOP, int(own.rng("count").poisson(config.clutter_per_top)))
+        count = int((own.rng("count").random(MAX_ON_TOP) < config.clutter_per_top / MAX_ON_TOP).sum())
         for k in range(count):
             layout.place(_spots(Context(layout, style, own.child(k), config), carrier))
 

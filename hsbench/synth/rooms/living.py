@@ -8,6 +8,7 @@ import numpy as np
 
 from hsbench.synth.furniture import decor
 from hsbench.synth.furniture.pieces import draw, pick, shade
+from hsbench.synth.furniture.style import Range
 from hsbench.synth.rooms.placing import Item, Piece, Pose
 from hsbench.synth.rooms.poses import (
     QUARTER,
@@ -24,6 +25,12 @@ TABLE_GAP_M = (0.55, 0.64)  # sofa to coffee table: a person passes
 PASS_M = 0.6  # least way between coffee table and television
 VIEW_M = (1.5, 3.3)  # television to sofa front
 BEHIND_M = 0.75  # least way behind a sofa that divides the room
+BESIDE_SOFA_M, BESIDE_TABLE_M = 0.12, 0.72  # least space between an armchair and these, sideways
+NEARER_TV_M, ARMCHAIR_TO_TV = 0.35, 0.3  # armchairs stand ahead of the coffee table, turned (radians) to the television
+SECOND_ARMCHAIR_SHARE = 0.4
+RUG_SHARE = 0.75
+DEEPEST_RUG_M = 1.7
+RUG_AROUND_M = 0.5  # a rug is at least so much wider and deeper than the coffee table on it
 HALF_TURN = 2 * QUARTER
 
 
@@ -34,7 +41,7 @@ def media(ctx: Context, mode: str) -> Iterator[Proposal]:
     table, chair = ctx.piece("coffee_table"), ctx.piece("armchair")
     gap = draw(rng, TABLE_GAP_M)
     side = pick(rng, (-1, 1))
-    with_rug = rng.random() < 0.75
+    with_rug = rng.random() < RUG_SHARE
     w, d, _ = ctx.layout.shell.size_m
     for wall, _, pose in along_walls(ctx, stand, rng, "middle"):
         across = w if wall.along[0] == 0 else d
@@ -49,17 +56,16 @@ def media(ctx: Context, mode: str) -> Iterator[Proposal]:
                 Item(sofa, pose.then(0.0, sofa_y, HALF_TURN)),
             ]
             rug_z = 0.0
-            if with_rug and view > gap + table.depth + 0.5:
-                rug = _rug(ctx, table.width + 0.5, sofa.width, view - 0.25, table.depth + 0.5)
+            if with_rug and view > gap + table.depth + RUG_AROUND_M:
+                least = (table.width + RUG_AROUND_M, table.depth + RUG_AROUND_M)
+                rug = _rug(ctx, least, (sofa.width, view - 0.25))
                 items.append(Item(rug, pose.then(0.0, front + 0.03 + rug.depth / 2)))
                 rug_z = rug.height
             items.append(Item(table, pose.then(0.0, table_y, 0.0, rug_z)))
-            for s in (side, -side):
-                x = s * (max(sofa.width / 2 + 0.12, table.width / 2 + 0.72) + chair.depth / 2)
-                turn = s * -QUARTER + HALF_TURN + jitter(rng, ctx.config.armchair_yaw_deg) + s * 0.3
-                items.append(Item(chair, pose.then(x, table_y + 0.35, turn), optional=True))
-                if rng.random() < 0.6:
-                    break
+            for s in (side, -side)[: 1 + int(rng.random() < SECOND_ARMCHAIR_SHARE)]:
+                x = s * (max(sofa.width / 2 + BESIDE_SOFA_M, table.width / 2 + BESIDE_TABLE_M) + chair.depth / 2)
+                turn = HALF_TURN - s * (QUARTER - ARMCHAIR_TO_TV) + jitter(rng, ctx.config.armchair_yaw_deg)
+                items.append(Item(chair, pose.then(x, table_y + NEARER_TV_M, turn), optional=True))
             items += _beside(ctx, pose.then(0.0, sofa_y, HALF_TURN), sofa, -side)
             yield items
 
@@ -76,11 +82,11 @@ def _views(mode: str, to_wall: float, least: float, rng: np.random.Generator) ->
     return backed + free[:2]
 
 
-def _rug(ctx: Context, least_width: float, width: float, depth: float, least_depth: float) -> Piece:
-    """A rug that carries the coffee table and ends before the sofa."""
+def _rug(ctx: Context, least: Range, wanted: Range) -> Piece:
+    """A rug that carries the coffee table and ends before the sofa; both sizes are width and depth."""
     rng = ctx.rng("rug")
     cloth, edge = pick(rng, (*ctx.style.fabrics, *ctx.style.accents)), pick(rng, ctx.style.fabrics)
-    wide, deep = max(least_width, width), max(min(depth, 1.7), least_depth)
+    wide, deep = max(least[0], wanted[0]), max(least[1], min(wanted[1], DEEPEST_RUG_M))
     return Piece("rug", decor.rug_of(cloth, shade(edge, 0.9), float(round(wide, 2)), float(round(deep, 2))))
 
 
@@ -102,7 +108,8 @@ def facing_sofas(ctx: Context, mode: str) -> Iterator[Proposal]:
     gap = draw(rng, TABLE_GAP_M)
     apart = table.depth / 2 + gap + sofa.depth / 2
     half = apart + sofa.depth / 2
-    rug = _rug(ctx, table.width + 0.4, sofa.width, 2 * (apart - sofa.depth / 2) - 0.1, table.depth + 0.2)
+    least = (table.width + RUG_AROUND_M, table.depth + RUG_AROUND_M)
+    rug = _rug(ctx, least, (sofa.width, 2 * (apart - sofa.depth / 2) - 0.1))
     for pose in in_room(ctx, rng, min(half, sofa.width / 2) + 0.1):
         yield [
             Item(rug, pose),

@@ -136,7 +136,7 @@ class Item:
         """(n, 2) middles of the parts with one of the roles, in the room."""
         wanted = frozenset(roles)
         found = [p.vertices.min(axis=0) + p.vertices.max(axis=0) for p in self.piece.parts if p.role in wanted]
-        return apply(self.pose.scene_T_object, np.array(found).reshape(-1, 3) / 2)[:, :2]
+        return quantise_m(apply(self.pose.scene_T_object, np.array(found).reshape(-1, 3) / 2)[:, :2])
 
 
 @dataclass
@@ -254,7 +254,7 @@ class Layout:
         if item.piece.category_name == "bed":
             (x0, y0, _), (x1, y1, _) = item.piece.bounds
             sides = np.array([[x, y0 + s * (y1 - y0), 0.0] for x in (x0, x1) for s in (0.3, 0.5)])
-            if not (near(apply(item.pose.scene_T_object, sides)[:, :2]) <= self.config.bedside_m).any():
+            if not (near(quantise_m(apply(item.pose.scene_T_object, sides)[:, :2])) <= self.config.bedside_m).any():
                 return False
         return True
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hsbench.schema.scene import Part
 from hsbench.synth.furniture import Style, build
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.placing import Item, Layout, Piece, Pose
@@ -18,6 +17,7 @@ from hsbench.synth.seeds import Seeds
 WALL_GAP_M = 0.02  # behind furniture at a wall: the skirting and a finger
 STEP_M = 0.1  # between candidate places along a wall
 GRID_M = 0.2  # between candidate places in the room
+ROUND_THINGS_M2 = 0.25  # footprints below this are of lamps, plants and the like
 CHANCE = 0.35  # weight of chance against preference, both of order 1
 
 Proposal = Sequence[Item]
@@ -42,11 +42,6 @@ class Context:
     def rng(self, name: str) -> np.random.Generator:
         """The stream for choices of one kind."""
         return self.seeds.rng(name)
-
-
-def piece_of(category_name: str, parts: tuple[Part, ...]) -> Piece:
-    """A piece from ready parts."""
-    return Piece(category_name, parts)
 
 
 def at_wall(wall: Wall, piece: Piece, along_m: float, gap_m: float = WALL_GAP_M, turn: float = 0.0) -> Pose:
@@ -89,7 +84,9 @@ def along_walls(
 def in_corners(ctx: Context, piece: Piece, rng: np.random.Generator, gap_m: float = 0.06) -> Iterator[Pose]:
     """Poses in the four corners, the front towards the middle of the room along a diagonal."""
     w, d, _ = ctx.layout.shell.size_m
-    half = max(piece.width, piece.depth) / 2 * math.sqrt(2 if piece.width * piece.depth > 0.25 else 1)
+    # Turned by a diagonal a square reaches further; small round things (lamps, plants) do not.
+    turned = math.sqrt(2) if piece.width * piece.depth > ROUND_THINGS_M2 else 1.0
+    half = max(piece.width, piece.depth) / 2 * turned
     corners = [(x, y) for x in (half + gap_m, w - half - gap_m) for y in (half + gap_m, d - half - gap_m)]
     for i in rng.permutation(4):
         x, y = corners[int(i)]

@@ -23,7 +23,8 @@ def bed(ctx: Context, mode: str) -> Iterator[Proposal]:
     frame, stand = ctx.piece("bed"), ctx.piece("night_stand")
     if mode == "island":
         yield from _bed_island(ctx, frame, stand, rng)
-        return
+        if ctx.fit > 0.0:  # a smaller island before a bed at the wall
+            return
     rug = ctx.piece("rug", fit=0.0)
     with_rug = rng.random() < 0.4
     prefer = "middle" if frame.width > DOUBLE_M else "corner"
@@ -57,13 +58,15 @@ def desk(ctx: Context, mode: str) -> Iterator[Proposal]:
             front = _work_place(ctx, table, chair, pose.then(0.0, -table.depth / 2 - 0.01), gap, rng)
             back = _work_place(ctx, table, chair, pose.then(0.0, table.depth / 2 + 0.01, HALF_TURN), gap, rng)
             yield [*front, *back]
-        return
-    if mode == "free":
+        if ctx.fit > 0.0:  # a smaller pair before a single desk
+            return
+    if mode in ("free", "pair"):
         space = draw(rng, BEHIND_DESK_M)
         for wall, place, _ in along_walls(ctx, table, rng, "middle"):
             x, y = wall.point(place, table.depth / 2 + space)
             yield _work_place(ctx, table, chair, Pose(x, y, wall.yaw + HALF_TURN), gap, rng)
-        return
+        if ctx.fit > 0.0:
+            return
     shelf = ctx.piece("shelf")
     for wall, place, pose in along_walls(ctx, table, rng, "any"):
         items = _work_place(ctx, table, chair, pose, gap, rng)

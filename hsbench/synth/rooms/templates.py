@@ -39,8 +39,8 @@ TEMPLATES: dict[str, Template] = {
     "dining_island": Template("dining", ("kitchen:island", "dining:wall|dining:middle"), _DINING_EXTRAS),
     "dining_partition": Template("dining", ("kitchen", "dining:middle|dining:wall", "partition"), _DINING_EXTRAS),
     "living_facing": Template("living", ("facing", "sideboard|bookshelf", "partition"), _LIVING_EXTRAS, novel=True),
-    "bedroom_island": Template("bedroom", ("bed:island|bed", "wardrobe", "reading"), _BEDROOM_EXTRAS, novel=True),
-    "study_pair": Template("study", ("desk:pair|desk:free", "bookshelf", "sofa"), _STUDY_EXTRAS, novel=True),
+    "bedroom_island": Template("bedroom", ("bed:island", "wardrobe", "reading"), _BEDROOM_EXTRAS, novel=True),
+    "study_pair": Template("study", ("desk:pair", "bookshelf", "sofa"), _STUDY_EXTRAS, novel=True),
     "dining_bench": Template("dining", ("kitchen", "dining:bench", "partition"), _DINING_EXTRAS, novel=True),
 }
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hsbench.errors import SchemaError
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.metrics import completion
-from hsbench.metrics.completion import REGIONS, Counts, episode_counts, score
+from hsbench.metrics.completion import REGIONS, Counts, episode_counts, primary_mask, score
 from hsbench.schema import CATEGORIES, OccupancyTruth, VoxelState, category
 from tests.reference import completion_loop
 
@@ -53,6 +53,7 @@ def test_eight_voxels_counted_by_hand() -> None:
         "occluded": Counts(tp=1, fp=1, fn=1, tn=1),
         "surface+occluded": Counts(tp=2, fp=1, fn=1, tn=1),
         "known": Counts(tp=2, fp=2, fn=1, tn=1),
+        "everything": Counts(tp=4, fp=2, fn=1, tn=1),
         "occluded-full-height": Counts(tp=2, fp=1, fn=1, tn=1),
         "occluded-with-structure": Counts(tp=2, fp=1, fn=1, tn=1),
         "outside-frustum": Counts(tp=0, fp=1, fn=0, tn=0),
@@ -72,12 +73,21 @@ def test_agrees_with_plain_loops_in_every_region(seed: int) -> None:
         assert [counts.tp, counts.fp, counts.fn, counts.tn] == expected, region
 
 
+def test_primary_mask_holds_the_voxels_of_the_primary_region() -> None:
+    truth = random_truth(2)
+    mask = primary_mask(truth)
+    for here in np.ndindex(truth.grid.shape):
+        values = truth.state[here], truth.semantic[here], (here[2] + 0.5) * 0.05, truth.ignored[here]
+        assert mask[here] == completion_loop.belongs("occluded", *values, truth.swept_s[here], STRUCTURE_IDS)
+
+
 @pytest.mark.parametrize(
     ("protocol", "region"),
     [
         ("hsbench-occluded", "occluded"),
         ("hsbench-surface-occluded", "surface+occluded"),
         ("hsbench-known", "known"),
+        ("monoscene", "everything"),
     ],
 )
 def test_score_is_the_region_of_its_protocol(protocol: str, region: str) -> None:

@@ -56,6 +56,17 @@ def test_an_error_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_error_while_a_submission_is_open_stays_what_it_is(tmp_path: Path) -> None:
+    folder = sound(tmp_path / "s")
+    (folder / "predictions" / "ep-1.npz").write_bytes(b"x")
+    for path in (folder, as_zip(folder)):
+        with open_submission(path) as files, pytest.raises(DataError, match=r"^predictions/ep-1\.npz: not a zip"):
+            Predictions(files, TASK).get("ep-1")
+        error = DataError("of another file")
+        with pytest.raises(DataError, match=r"^of another file$"), open_submission(path):
+            raise error
+
+
 def test_finish_without_with(tmp_path: Path) -> None:
     writer = SubmissionWriter(tmp_path / "s", TASK, METADATA)
     writer.add("ep-1", GRID)

@@ -1,0 +1,79 @@
+"""Fixtures that several folders share: a short recipe outside the repository and one small data set made from it.
+
+Both are made once a run, whichever test process comes first; tests that change something take a copy.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hsbench.io.resources import resource
+from hsbench.io.splits import read_splits
+from hsbench.synth.generate import Job, generate
+
+SHORT = {"life": {"duration_s": 12.0}, "camera": {"width_px": 160, "height_px": 120, "focal_px": 113.0}}
+"""What the short recipe changes: 12 s instead of two minutes, and pictures of a sixteenth of the pixels."""
+
+
+@pytest.fixture(scope="session")
+def made_once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[Path], None]], Path]:
+    """(name, make) -> a folder that ``make`` filled, by one process of the run for all."""
+    base = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        base = base.parent
+
+    def folder(name: str, make: Callable[[Path], None]) -> Path:
+        target = base / f"shared-{name}"
+        with (base / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not target.exists():
+                partial = base / f"partial-{name}-{os.getpid()}"
+                partial.mkdir()
+                make(partial)
+                partial.rename(target)
+        return target
+
+    return folder
+
+
+def write_recipe(folder: Path, changes: dict[str, dict[str, object]]) -> None:
+    """Copy the bundled recipe rgbd-activity into a new folder of that name, with other settings."""
+    bundled = resource("generators") / "rgbd-activity"
+    config = tomllib.loads((bundled / "config.toml").read_text(encoding="utf-8"))
+    for section, table in changes.items():
+        config[section] = {**config[section], **table}
+    folder.mkdir(parents=True)
+    shutil.copy(bundled / "rgbd-activity.py", folder)
+    text = "".join(
+        f"[{section}]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in table.items())
+        for section, table in config.items()
+    )
+    (folder / "config.toml").write_text(text, encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def short_recipe(made_once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
+    """The folder of recipe rgbd-activity at 12 s an episode, outside the repository."""
+    home = made_once("recipe", lambda folder: write_recipe(folder / "rgbd-activity", SHORT))
+    return home / "rgbd-activity"
+
+
+@pytest.fixture(scope="session")
+def rgbd(made_once: Callable[[str, Callable[[Path], None]], Path], short_recipe: Path) -> Path:
+    """A data set of size mini: 2 train, 2 val, 1 test-seen, 1 test-novel; drawn by the ray caster. Read only."""
+    job = Job(str(short_recipe), 0, tuple(read_splits("rgbd-activity").numbers("mini")), "all", "raycast")
+    return made_once("rgbd", lambda folder: [*generate(job, folder / "data")] and None) / "data"
+
+
+@pytest.fixture
+def rgbd_copy(rgbd: Path, tmp_path: Path) -> Path:
+    """A copy of the data set that a test may damage."""
+    return Path(shutil.copytree(rgbd, tmp_path / "copy"))
