@@ -18,13 +18,14 @@ from hsbench.synth.people import PosePreset
 from hsbench.synth.placement import CameraConfig, place_rgbd
 from hsbench.synth.recipes import Unit
 from hsbench.synth.rooms import COMMON_TEMPLATES, NOVEL_TEMPLATES, RoomConfig, build_scene
+from hsbench.synth.rooms.templates import even_weights
 
 
 def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
     """The one episode of a unit."""
     novel = unit.split == "test-novel"
     room = settings(RoomConfig, config["room"], "room")
-    room = replace(room, templates=tuple((name, 1.0) for name in (NOVEL_TEMPLATES if novel else COMMON_TEMPLATES)))
+    room = replace(room, templates=even_weights(NOVEL_TEMPLATES if novel else COMMON_TEMPLATES))
     scene = build_scene(unit.scene_id, unit.seeds.child("room"), room, NOVEL_FAMILIES if novel else COMMON_FAMILIES)
     life = live(scene, unit.seeds.child("life"), settings(LifeConfig, config["life"], "life"))
     camera = settings(CameraConfig, config["camera"], "camera")

@@ -162,9 +162,10 @@ def read_episode(folder: Path, *, truth: bool = False, frames: bool = True, dept
         )
     except SchemaError as error:
         raise SchemaError(f"{folder}: {error}") from error
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
+        found = str(error).partition("\n")[0]
         raise DataError(
-            f"{folder}: {type(error).__name__} on {error}; expected an episode of schema {SCHEMA_VERSION}"
+            f"{folder}: {type(error).__name__} on {found}; expected an episode of schema {SCHEMA_VERSION}"
         ) from error
 
 

@@ -134,7 +134,7 @@ def test_until_must_be_seconds(rgbd: Path, wrong: float) -> None:
 def test_without_frames_the_rest_is_the_same(rgbd: Path) -> None:
     blind, whole = load(rgbd, frames=False)[1], load(rgbd)[1]
     assert len(blind.frames) == 0
-    assert len(whole.frames) == 25  # 12 s at 2 Hz, and t0
+    assert len(whole.frames) == whole.end_ns // 500_000_000 + 1 > 20  # 2 Hz, and t0
     assert np.array_equal(blind.poses.joints_m, whole.poses.joints_m, equal_nan=True)
     assert blind.sensor == whole.sensor
 
@@ -168,12 +168,13 @@ TRUTH_TYPES = (
 
 def reachable(root: object) -> Iterator[Any]:
     """Every object that public attributes, items and elements lead to, properties included."""
-    seen, pending = set(), [root]
+    seen: dict[int, object] = {}  # holds what it names, so that no id comes twice
+    pending = [root]
     while pending:
         item = pending.pop()
-        if id(item) in seen or isinstance(item, type) or callable(item):
+        if id(item) in seen or callable(item):
             continue
-        seen.add(id(item))
+        seen[id(item)] = item
         yield item
         if item is None or isinstance(item, str | bytes | int | float | Enum | Path | np.generic | np.ndarray):
             continue
@@ -189,7 +190,6 @@ def reachable(root: object) -> Iterator[Any]:
                 except (AttributeError, HsbenchError):
                     continue
                 pending.append(value)
-    # objects stay alive in ``pending``'s history: ids of collected ones would be reused
 
 
 def arrays_of(items: list[Any]) -> list[np.ndarray]:
@@ -353,7 +353,7 @@ def test_any_other_value_in_a_description_is_an_error_or_lets_be(rgbd_copy: Path
     text = path.read_text()
     rng = np.random.default_rng(0)
     refused = 0
-    for _ in range(120):
+    for _ in range(80):
         value = json.loads(text)
         parent, key = value, None
         while isinstance(parent, dict | list) and len(parent):
@@ -365,7 +365,8 @@ def test_any_other_value_in_a_description_is_an_error_or_lets_be(rgbd_copy: Path
         parent[key] = junk[int(rng.integers(len(junk)))]
         path.write_text(json.dumps(value))
         try:
-            read_all(rgbd_copy)
+            episode = load(rgbd_copy, truth=True)[0]
+            assert episode.frames[0].rgb is not None
         except HsbenchError as error:
             one_line(error)
             refused += 1
