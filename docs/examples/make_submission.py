@@ -11,9 +11,9 @@ from hsbench.tasks import task
 from hsbench.truth.sight import depth_states
 
 spec = task("scene-completion")
-about = Metadata(spec.name, spec.version, method="behind-surface", track="frames", authors=("A. Reader",))
+about = Metadata(spec.name, spec.version, "behind-surface", track="frames", authors=("A. Reader",))
 with SubmissionWriter(sys.argv[2], spec, about, replace=True) as out:
     for episode in hsbench.load(sys.argv[1], "val"):
-        depth_m = episode.frames[0].depth_m
-        states = depth_states(spec.grid, episode.sensor.camera, episode.sensor.world_T_camera, depth_m)
+        sensor, depth_m = episode.sensor, episode.frames[0].depth_m
+        states = depth_states(spec.grid, sensor.camera, sensor.world_T_camera, depth_m)
         out.add(episode.episode_id, np.isin(states, (VoxelState.SURFACE, VoxelState.OCCLUDED)))

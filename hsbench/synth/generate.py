@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hsbench import __version__
-from hsbench.errors import DataError
+from hsbench.errors import DataError, HsbenchError
 from hsbench.io.atomic import write_json
 from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, write_index
 from hsbench.io.episodes import write_episode
@@ -97,7 +97,7 @@ def make_unit(job: Job, unit: tuple[int, str], out: Path) -> list[str]:
             made.append(episode.episode_id)
     except Exception as error:
         where = f"recipe {recipe.name}, seed {job.seed}, scene number {number}"
-        if isinstance(error, DataError):
+        if isinstance(error, HsbenchError):
             raise DataError(f"{where}: {error}") from error
         raise RuntimeError(f"{where}: {type(error).__name__}: {error}") from error
     return made
