@@ -7,7 +7,7 @@ from hsbench.schema import VoxelState, category
 
 
 def room(voxels: int, solid: int, hit: int, false: int) -> Counts:
-    """Counts of a row of occluded voxels: ``solid`` are furniture, ``hit`` of those and ``false`` others predicted."""
+    """A row of occluded voxels: some solid, of which ``hit`` predicted, and ``false`` others."""
     truth = np.zeros((voxels, 1, 1), dtype=np.uint8)
     truth[:solid] = category("sofa").category_id
     prediction = np.zeros(truth.shape, dtype=bool)

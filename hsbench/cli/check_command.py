@@ -17,10 +17,19 @@ from hsbench.errors import SubmissionError
 @click.argument("submission", type=ANY_PATH)
 @click.option("--task", "task_name", required=True, metavar="NAME")
 @data_option
+@click.option(
+    "--allow-missing", is_flag=True, help="A missing episode is no fault: it scores as the task's missing answer."
+)
 @json_option
 @click.pass_context
 def command(
-    context: click.Context, submission: Path, task_name: str, data: Path, split: str | None, as_json: bool
+    context: click.Context,
+    submission: Path,
+    task_name: str,
+    data: Path,
+    split: str | None,
+    allow_missing: bool,
+    as_json: bool,
 ) -> None:
     """Check SUBMISSION, a folder or a zip: every fault in one run, exit code 3 if there is one. Needs no truth."""
     from hsbench.datasets.dataset import load
@@ -28,7 +37,7 @@ def command(
     from hsbench.tasks import task
 
     dataset = load(data, split)
-    faults = check(submission, task(task_name), dataset.episode_ids)
+    faults = check(submission, task(task_name), dataset.episode_ids, allow_missing=allow_missing)
     if as_json:
         print_json({"submission": str(submission), "episodes": len(dataset), "faults": faults})
         context.exit(SubmissionError.exit_code if faults else 0)

@@ -8,6 +8,8 @@ import click
 
 from hsbench.cli.common import ANY_PATH, interval, json_option, number, print_json
 
+FEW_SCENES = 10  # the percentile interval of fewer is much too narrow
+
 
 @click.command(
     epilog="Example: hsbench compare carve.json all-solid.json",
@@ -42,3 +44,5 @@ def command(report_a: Path, report_b: Path, as_json: bool) -> None:
         False: "the interval holds zero",
     }
     click.echo(f"primary: {verdict[result.is_real]}")
+    if result.scenes < FEW_SCENES:
+        click.echo(f"note: an interval over {result.scenes} scenes says little; take {FEW_SCENES} or more")

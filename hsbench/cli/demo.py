@@ -27,7 +27,7 @@ from hsbench.viz.demo_page import Shown, demo_page
 
 RECIPE = "rgbd-activity"
 SPLIT = "val"
-METHODS = ("carve", "carve-shuffled", "all-solid", "visible-only", "height-prior", "carve-swept")
+METHODS = ("carve", "carve-shuffled", "all-solid", "visible-only", "height-prior", "best-constant", "carve-swept")
 SHOWN = ("all-solid", "carve")
 AGAINST = ("all-solid", "carve-shuffled", "height-prior")
 YEAR = 2026

@@ -17,7 +17,7 @@ CORE = ("numpy", "scipy", "numba", "pyarrow", "pandas", "opencv-python-headless"
 EXTRAS = {
     "gen": ("trimesh", "embreex", "pyrender"),
     "torch": ("torch", "safetensors"),
-    "viz": ("matplotlib",),
+    "viz": ("rerun-sdk",),
     "cluster": ("distributed",),
 }
 MINIMUM_PYTHON = (3, 11)

@@ -33,7 +33,7 @@ def sscnet(depth_png: Path, volume_bin: Path, out: Path, name: str | None) -> No
     sensor = episode.sensor
     click.echo(
         f"{out}: episode {episode.episode_id}, camera {sensor.height_m:.2f} m high, "
-        f"tilted {math.degrees(sensor.tilt_rad):.1f} deg down, rolled {math.degrees(sensor.roll_rad):.1f} deg"
+        f"{_tilt(sensor.tilt_rad)}, rolled {math.degrees(sensor.roll_rad):.1f} deg"
         + ("" if episode.truth else "; the volume has no labels, so there is no truth")
     )
     click.echo(f"next: hsbench predict all-solid --data {out} --out pred")
@@ -75,10 +75,14 @@ def kinect(
     add_capture(out, episode)
     click.echo(
         f"{out}: episode {episode.episode_id}, {len(recording.timestamp_ns)} poses in {episode.duration_s:.1f} s, "
-        f"camera {height_m:.2f} m high, tilted {math.degrees(tilt_rad):.1f} deg down"
+        f"camera {height_m:.2f} m high, {_tilt(tilt_rad)}"
     )
     if map_png is not None:
         from hsbench.viz.pictures import save_activity_map
 
         save_activity_map(map_png, episode)
         click.echo(f"activity map: {map_png}")
+
+
+def _tilt(tilt_rad: float) -> str:
+    return f"looking {abs(math.degrees(tilt_rad)):.1f} deg {'down' if tilt_rad >= 0 else 'up'}"

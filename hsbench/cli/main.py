@@ -73,7 +73,7 @@ def main(arguments: list[str] | None = None) -> None:
 def run(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     try:
-        cli.main(args=arguments, prog_name="hsbench", standalone_mode=False)
+        code = cli.main(args=arguments, prog_name="hsbench", standalone_mode=False)
     except HsbenchError as error:
         for line in str(error).splitlines():
             click.echo(f"error: {line}", err=True)
@@ -89,7 +89,7 @@ def run(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output went away, as in `hsbench tasks | head -1`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    return 0
+    return code if isinstance(code, int) else 0  # click gives back what a command handed to context.exit
 
 
 if __name__ == "__main__":

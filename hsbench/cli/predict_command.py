@@ -22,7 +22,6 @@ from hsbench.errors import HsbenchError
     "--train", type=FOLDER, metavar="DIR", help="Data set whose split train fits the method; default: the same."
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of methods that draw.")
-@click.option("--until", "until_s", type=float, metavar="S", help="Watch only so many seconds.")
 @click.option("--replace", is_flag=True, help="Replace --out if it exists.")
 @click.option("--list", "list_methods", is_flag=True, is_eager=True, help="List the methods.")
 def command(
@@ -32,7 +31,6 @@ def command(
     out: Path | None,
     train: Path | None,
     seed: int,
-    until_s: float | None,
     replace: bool,
     list_methods: bool,
 ) -> None:
@@ -41,15 +39,15 @@ def command(
     from hsbench.baselines.occlusion.run import predict
     from hsbench.datasets.dataset import load
 
-    if list_methods or method is None:
+    if list_methods or (method is None and data is None and out is None):
         for item in METHODS.values():
             click.echo(f"{item.name:<16}{item.track:<14}{item.summary}")
         return
-    if data is None or out is None:
-        raise click.UsageError("--data DIR and --out DIR are needed: a data set, and where the submission is written")
+    if method is None or data is None or out is None:
+        raise click.UsageError("METHOD, --data DIR and --out DIR go together; hsbench predict alone lists the methods")
     if out.exists() and not replace:
         raise HsbenchError(f"{out} exists already; choose another --out or give --replace")
-    dataset = load(data, split, until_s=until_s)
+    dataset = load(data, split)
     training = None if train is None else load(train, "train")
     answers = predict(method, dataset, out, train=training, seed=seed, replace_out=replace)
     count = sum(1 for _ in progress(answers, len(dataset), method))

@@ -36,7 +36,7 @@ def score(submission: str | Path, spec: TaskSpec, data: Dataset, *, allow_missin
             Predictions(files, spec),
             spec=spec,
             dataset=DatasetRef(description["name"], description["splits_version"], data.manifest_sha256),
-            split=splits.pop() if len(splits) == 1 else ALL_SPLITS,
+            split=(splits.pop() if len(splits) == 1 else "") or ALL_SPLITS,
             method=metadata,
         )
 

@@ -20,7 +20,7 @@ from hsbench.schema.episode import Episode
 from hsbench.synth.render import Renderer
 from hsbench.synth.seeds import Seeds
 
-FRAME_CHOICES = ("all", "reference", "none")
+ENGINE_PACKAGES = ("geometry", "schema", "io", "truth", "synth")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,9 @@ class Unit:
 
 @dataclass(frozen=True, eq=False)
 class Recipe:
-    """A recipe on disk: its name, folder, settings, hash of its code and settings, and ``build``."""
+    """A recipe on disk: its name, folder, settings, ``build``, and a hash of everything that decides what it makes:
+    its code and settings, and the code of the engine.
+    """
 
     name: str
     folder: Path
@@ -73,7 +75,7 @@ def find_recipe(name_or_path: str) -> Recipe:
         if not path.is_file():
             raise DataError(f"recipe {name} has no {path.name} in {folder}")
     digest = hashlib.sha256()
-    for path in (code, config):
+    for path in (code, config, *_engine_files()):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     spec = importlib.util.spec_from_file_location(f"hsbench_recipe_{name.replace('-', '_')}", code)
     assert spec is not None
@@ -88,3 +90,9 @@ def find_recipe(name_or_path: str) -> Recipe:
     except tomllib.TOMLDecodeError as error:
         raise DataError(f"{config} is no readable TOML: {error}") from error
     return Recipe(name, folder, table, digest.hexdigest(), build)
+
+
+def _engine_files() -> list[Path]:
+    """The sources that episodes follow from, in a fixed order."""
+    package = Path(__file__).resolve().parents[1]
+    return sorted(p for name in ENGINE_PACKAGES for p in (package / name).rglob("*.py"))

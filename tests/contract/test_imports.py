@@ -9,7 +9,6 @@ Packages of one rank do not see each other. Imports inside functions and under T
 from __future__ import annotations
 
 import ast
-import statistics
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -220,4 +219,3 @@ def test_import_takes_less_than_300_ms_over_numpy() -> None:
     clock = "import time; start = time.perf_counter(); import {}; print(time.perf_counter() - start)"
     numpy_s, hsbench_s = ([float(python(clock.format(name))) for _ in range(5)] for name in ("numpy", "numpy, hsbench"))
     assert min(hsbench_s) - min(numpy_s) < 0.3
-    assert statistics.median(hsbench_s) > 0

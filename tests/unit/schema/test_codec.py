@@ -191,7 +191,7 @@ LISTS = POSES["joint_state"].combine_chunks()
     [
         (lambda: codec.poses_from_table(POSES.replace_schema_metadata(None)), "poses table names skeleton ''"),
         (lambda: codec.poses_from_table(POSES.replace_schema_metadata({"skeleton": "x"})), "names skeleton 'x'"),
-        (lambda: codec.poses_from_table(POSES.replace_schema_metadata({"skeleton": "coco-17"})), "lists of 17"),
+        (lambda: codec.poses_from_table(POSES.replace_schema_metadata({"skeleton": "coco-17"})), "lists of 51"),
         (lambda: codec.poses_from_table(POSES.drop_columns(["track_id"])), r"poses table lacks columns \['track_id'\]"),
         (lambda: codec.poses_from_table(POSES.drop_columns(["joints_m"])), "neither joints_m nor joints_px"),
         (lambda: codec.poses_from_table(replaced(POSES, "track_id", pa.array([3, 4]))), "track_id has dtype int64"),

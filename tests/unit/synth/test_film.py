@@ -1,0 +1,185 @@
+"""Filming in crops: background and patches put together are the full picture, pixel by pixel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("embreex")
+
+from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.convex import box, span
+from hsbench.geometry.transforms import planar
+from hsbench.io.frame_store import Film, Picture
+from hsbench.io.images import depth_to_mm
+from hsbench.schema import KINECT_V2, Part, PoseTable, Scene, SceneObject, Sensor
+from hsbench.schema.scene import PERSON_ID_OFFSET
+from hsbench.synth.film import SUPERSAMPLE, Filming, room_lighting, scene_meshes
+from hsbench.synth.people import Body, body_mesh
+from hsbench.synth.people.channels import pose, standing
+from hsbench.synth.render import Mesh, Renderer, open_renderer
+
+CAMERA = PinholeCamera(80, 60, 60.0, 60.0, 40.0, 30.0)
+SENSOR = Sensor("rgbd", CAMERA, 1.6, 0.25)
+BODIES = (Body(1.78), Body(1.6, 1.05))
+ROOM = np.array([[-1.0, -3.0], [5.0, -3.0], [5.0, 3.0], [-1.0, 3.0]])
+
+# Where the two people are at each time: in the open, half behind the table, out of view, at the lens, and so on.
+PLACES: tuple[tuple[tuple[int, float, float, float], ...], ...] = (
+    ((1, 3.0, 0.5, 0.3),),
+    ((1, 3.0, 0.5, 0.3), (2, 3.4, 0.3, 2.0)),  # one partly hides the other
+    ((2, 3.2, -0.9, -1.0),),  # half behind the table
+    ((1, 4.2, 2.2, 0.0),),  # cut by the border of the image
+    ((1, 0.35, 0.0, 0.0), (2, 3.0, 0.5, 0.0)),  # one against the lens
+    ((1, -0.8, 0.0, 0.0), (2, 2.5, -0.3, 0.0)),  # one behind the camera
+    ((1, 4.5, 0.0, 0.0), (2, 4.5, 0.9, 1.0)),
+)
+HIDDEN, AWAY, NOBODY = 100, 101, 102
+
+
+def furniture(object_id: int, *parts: Part, kind: str = "desk", at: np.ndarray | None = None) -> SceneObject:
+    return SceneObject(object_id, kind, np.eye(4) if at is None else at, parts)
+
+
+def part(solid) -> Part:
+    return Part("body", (120, 90, 60), solid=solid)
+
+
+def scene(*more: SceneObject) -> Scene:
+    floor = furniture(1, part(span((-1, -3, -0.1), (5, 3, 0))), kind="floor")
+    wall = furniture(2, part(span((5, -3, 0), (5.1, 3, 2.5))), kind="wall")
+    table = furniture(
+        3, part(box((1.0, 0.6, 0.05), (0, 0, 0.9))), part(box((0.1, 0.5, 0.9), (0, 0, 0.45))), at=planar(2.2, -0.6, 0.4)
+    )
+    return Scene("s", "living", ROOM, 2.5, (floor, wall, table, *more))
+
+
+def poses(places: dict[int, tuple[tuple[int, float, float, float], ...]]) -> PoseTable:
+    rows = [(stamp, person, pose(BODIES[person - 1], standing(BODIES[person - 1], np.array([x, y]), yaw), 30.0, None)[0])
+            for stamp, people in places.items() for person, x, y, yaw in people]  # fmt: skip
+    return PoseTable(
+        KINECT_V2.name,
+        np.array([r[0] for r in rows], dtype=np.int64),
+        np.array([r[1] for r in rows], dtype=np.int32),
+        np.full((len(rows), 25), 2, dtype=np.uint8),
+        np.array([r[2] for r in rows], dtype=np.float32).reshape(len(rows), 25, 3),
+    )
+
+
+TRUE = poses(
+    {**dict(enumerate(PLACES)), HIDDEN: ((1, 3.6, 1.2, 0.0),), AWAY: ((1, -0.8, 0.0, 0.0), (2, -0.7, 1.0, 0.0))}
+)
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Renderer:
+    return open_renderer("raycast")
+
+
+@pytest.fixture(scope="module")
+def filming(renderer: Renderer) -> Filming:
+    room = scene()
+    return Filming(room, BODIES, TRUE, SENSOR, renderer, room_lighting(room))
+
+
+def full_render(renderer: Renderer, room: Scene, stamp: int) -> Picture:
+    """Room and people drawn together, at once."""
+    people = []
+    for row in np.flatnonzero(TRUE.timestamp_ns == stamp):
+        person = int(TRUE.track_id[row])
+        vertices, triangles, colours = body_mesh(BODIES[person - 1], TRUE.joints_m[row].astype(np.float64))
+        people.append(Mesh(PERSON_ID_OFFSET + person, vertices, triangles, colours, smooth=True))
+    view = renderer.render([*scene_meshes(room), *people], CAMERA, SENSOR.world_T_camera, room_lighting(room))
+    return Picture(view.rgb, depth_to_mm(view.depth_m), view.ids)
+
+
+def film_of(filming: Filming, stamps: list[int]) -> Film:
+    background = filming.background()
+    return Film(
+        background, np.array(stamps, dtype=np.int64), lambda i: filming.patch(background, stamps[i]), "e", 0, "none"
+    )
+
+
+@pytest.mark.parametrize("stamp", range(len(PLACES)))
+def test_crops_put_together_are_the_full_picture(filming: Filming, renderer: Renderer, stamp: int) -> None:
+    composed = film_of(filming, list(range(len(PLACES)))).picture(stamp)
+    expected = full_render(renderer, filming.scene, stamp)
+    assert np.array_equal(composed.depth_mm, expected.depth_mm)
+    # Depth is joined in whole millimetres: where a person is less than one in front of a thing, the thing keeps the id.
+    tied = expected.depth_mm == filming.background().depth_mm
+    differ = composed.instance != expected.instance
+    assert not (differ & ~tied).any()
+    assert differ.sum() <= 2
+    assert (composed.instance > PERSON_ID_OFFSET).any()
+
+
+def test_the_background_has_no_people_and_exact_depth(filming: Filming, renderer: Renderer) -> None:
+    background = filming.background()
+    empty = full_render(renderer, filming.scene, NOBODY)
+    assert np.array_equal(background.depth_mm, empty.depth_mm)
+    assert np.array_equal(background.instance, empty.instance)
+    assert set(np.unique(background.instance)) <= {0, 1, 2, 3}
+    assert SUPERSAMPLE > 1
+
+
+def test_a_patch_changes_only_people(filming: Filming) -> None:
+    background = filming.background()
+    for stamp in range(len(PLACES)):
+        patch = filming.patch(background, stamp)
+        assert patch.timestamp_ns == stamp
+        height, width = patch.mask.shape
+        assert patch.picture.rgb.shape == (height, width, 3)
+        assert 0 <= patch.row <= 60 - height
+        assert 0 <= patch.column <= 80 - width
+        window = (slice(patch.row, patch.row + height), slice(patch.column, patch.column + width))
+        people = {PERSON_ID_OFFSET + int(k) for k in TRUE.track_id[TRUE.timestamp_ns == stamp]}
+        assert set(np.unique(patch.picture.instance[patch.mask])) <= people
+        behind = background.depth_mm[window][patch.mask]
+        assert ((patch.picture.depth_mm[patch.mask] < behind) | (behind == 0)).all()
+    assert filming.patch(background, 4).mask.shape == (60, 80)  # somebody at the lens: the whole picture
+    assert filming.patch(background, 0).mask.size < 80 * 60 / 3  # alone in the open: a tight crop
+
+
+def test_a_person_behind_furniture_changes_nothing(filming: Filming, renderer: Renderer) -> None:
+    screen = furniture(9, part(span((2.0, -2.0, 0.0), (2.1, 2.5, 2.4))), kind="wardrobe")
+    room = scene(screen)
+    hidden = Filming(room, BODIES, TRUE, SENSOR, renderer, room_lighting(room))
+    background = hidden.background()
+    patch = hidden.patch(background, HIDDEN)
+    assert patch.mask.size > 0
+    assert not patch.mask.any()
+    assert np.array_equal(full_render(renderer, room, HIDDEN).instance, background.instance)
+    assert filming.patch(filming.background(), HIDDEN).mask.any()  # without the screen the person is seen
+
+
+@pytest.mark.parametrize("stamp", [AWAY, NOBODY])
+def test_nobody_in_view_gives_an_empty_patch(filming: Filming, stamp: int) -> None:
+    background = filming.background()
+    patch = filming.patch(background, stamp)
+    assert patch.timestamp_ns == stamp
+    assert patch.mask.shape == (0, 0)
+    assert patch.picture.rgb.shape == (0, 0, 3)
+    composed = film_of(filming, [stamp]).picture(0)
+    for name in ("rgb", "depth_mm", "instance"):
+        assert np.array_equal(getattr(composed, name), getattr(background, name))
+
+
+def test_frames_in_any_order_are_the_same(filming: Filming) -> None:
+    film = film_of(filming, [0, 1, 2])
+    forwards, backwards = [film.picture(i) for i in (0, 1, 2)], [film.picture(i) for i in (2, 1, 0)][::-1]
+    for a, b in zip(forwards, backwards, strict=True):
+        for name in ("rgb", "depth_mm", "instance"):
+            assert np.array_equal(getattr(a, name), getattr(b, name))
+
+
+def test_one_mesh_an_object_in_the_scenes_frame() -> None:
+    room = scene()
+    meshes = scene_meshes(room)
+    assert [m.mesh_id for m in meshes] == [1, 2, 3]
+    for mesh, item in zip(meshes, room.objects, strict=True):
+        assert np.array_equal(mesh.vertices, item.vertices)
+        first = 0
+        for k, solid in enumerate(item.solids):
+            rows = slice(12 * k, 12 * (k + 1))
+            assert np.array_equal(mesh.triangles[rows], solid.triangles + first)
+            first += len(solid.vertices)
