@@ -31,9 +31,8 @@ def command(data: Path, as_json: bool) -> None:
             "frames": sum(r["n_frames"] for r in rows),
             "poses": sum(r["n_poses"] for r in rows),
         }
-    facts = {
-        key: description.get(key) for key in ("name", "schema_version", "seed", "splits_version", "frames", "licence")
-    }
+    keys = ("name", "schema_version", "seed", "splits_version", "frames", "licence")
+    facts = {key: description[key] for key in keys if key in description}
     if as_json:
         print_json({**facts, "manifest_sha256": dataset.manifest_sha256, "splits": splits})
         return

@@ -58,8 +58,8 @@ def demo_page(
         page.code("\n".join(commands)),
     ]
     lead = (
-        "Furnished rooms and a person living in them, filmed by a static RGB-D camera. What does watching reveal of the "
-        "space that the camera never sees?"
+        "Furnished rooms and a person living in them, filmed by a static RGB-D camera. What does watching reveal of "
+        "the space that the camera never sees?"
     )
     return page.page("hsbench demo", lead, body)
 

@@ -55,8 +55,11 @@ def scene(*more: SceneObject) -> Scene:
 
 
 def poses(places: dict[int, tuple[tuple[int, float, float, float], ...]]) -> PoseTable:
-    rows = [(stamp, person, pose(BODIES[person - 1], standing(BODIES[person - 1], np.array([x, y]), yaw), 30.0, None)[0])
-            for stamp, people in places.items() for person, x, y, yaw in people]  # fmt: skip
+    rows = []
+    for stamp, people in places.items():
+        for person, x, y, yaw in people:
+            body = BODIES[person - 1]
+            rows.append((stamp, person, pose(body, standing(body, np.array([x, y]), yaw), 30.0, None)[0]))
     return PoseTable(
         KINECT_V2.name,
         np.array([r[0] for r in rows], dtype=np.int64),
