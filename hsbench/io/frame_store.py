@@ -161,7 +161,7 @@ class Recording:
             raise DataError(f"{path} has columns {patches.schema_arrow}; expected {PATCH_SCHEMA}".replace("\n", ", "))
         if patches.num_row_groups != patches.metadata.num_rows:
             raise DataError(
-                f"{path} has {patches.num_row_groups} row groups for {patches.metadata.num_rows} rows; expected one each"
+                f"{path} has {patches.num_row_groups} row groups, {patches.metadata.num_rows} rows; expected one each"
             )
         return patches
 

@@ -225,4 +225,3 @@ class Person:
             if touch is not None:
                 return touch
         return None
-

@@ -73,9 +73,7 @@ def _tap(x: float, y: float, z: float) -> list[Part]:
     ]
 
 
-def _wall_cupboards(
-    rng: np.random.Generator, style: Style, paint: Rgb, metal: Rgb, x: float, y: float
-) -> list[Part]:
+def _wall_cupboards(rng: np.random.Generator, style: Style, paint: Rgb, metal: Rgb, x: float, y: float) -> list[Part]:
     z0 = draw(rng, (1.42, 1.48))
     z1, front = z0 + draw(rng, (0.6, 0.68)), y - 0.33
     parts = [block("cupboard", shade(paint, 0.92), (-x, front, z0), (x, y, z1))]

@@ -62,9 +62,7 @@ def window(
     if width > 0.9:
         parts.append(block("mullion", paint, (-0.025, deep - 0.02, z0 + bar), (0.025, deep, z1 - bar)))
         middle = z0 + height * 0.45
-        parts.append(
-            block("handle", metal, (-0.01, deep - 0.05, middle), (0.01, deep - 0.02, middle + 0.12), "handle")
-        )
+        parts.append(block("handle", metal, (-0.01, deep - 0.05, middle), (0.01, deep - 0.02, middle + 0.12), "handle"))
     return tuple(parts)
 
 

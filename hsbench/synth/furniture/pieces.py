@@ -51,9 +51,7 @@ def shade(colour: Rgb, factor: float, shift: int = 0) -> Rgb:
     return r, g, b
 
 
-def block(
-    name: str, colour: Rgb, low_m: Sequence[float], high_m: Sequence[float], role: str | None = None
-) -> Part:
+def block(name: str, colour: Rgb, low_m: Sequence[float], high_m: Sequence[float], role: str | None = None) -> Part:
     """A box between two corners."""
     low, high = quantise_m(np.asarray([low_m, high_m])).tolist()
     return Part(name, colour, role, span(low, high))
@@ -65,9 +63,7 @@ def rectangle_outline(rect: Rect) -> FloatArray:
     return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
 
-def tapered(
-    name: str, colour: Rgb, bottom: Rect, top: Rect, z0_m: float, z1_m: float, role: str | None = None
-) -> Part:
+def tapered(name: str, colour: Rgb, bottom: Rect, top: Rect, z0_m: float, z1_m: float, role: str | None = None) -> Part:
     """A block whose outline changes from a bottom to a top rectangle: cushions, leaning backs, splayed legs."""
     z0, z1 = float(quantise_m(z0_m)), float(quantise_m(z1_m))
     return Part(name, colour, role, frustum(rectangle_outline(bottom), rectangle_outline(top), z0, z1))
@@ -93,9 +89,7 @@ def rod(
     return Part(name, colour, role, solid)
 
 
-def prism(
-    name: str, colour: Rgb, outline_xy: FloatArray, z0_m: float, z1_m: float, role: str | None = None
-) -> Part:
+def prism(name: str, colour: Rgb, outline_xy: FloatArray, z0_m: float, z1_m: float, role: str | None = None) -> Part:
     """A prism over a convex counter-clockwise outline (n, 2)."""
     z0, z1 = float(quantise_m(z0_m)), float(quantise_m(z1_m))
     outline = quantise_m(outline_xy)
@@ -131,9 +125,7 @@ def leg(
     return tapered("leg", colour, (fx - f, fy - f, fx + f, fy + f), (x - t, y - t, x + t, y + t), 0.0, z1_m)
 
 
-def four_legs(
-    style: Style, colour: Rgb, rect: Rect, thickness_m: float, z1_m: float, splay: float = 1.0
-) -> list[Part]:
+def four_legs(style: Style, colour: Rgb, rect: Rect, thickness_m: float, z1_m: float, splay: float = 1.0) -> list[Part]:
     """A leg at each corner of a rectangle; neither tops nor splayed feet reach beyond it."""
     inset = thickness_m / 2 + style.leg_splay_m * splay
     x0, y0, x1, y1 = rect
@@ -149,7 +141,7 @@ def handle(style: Style, metal: Rgb, front: Rect, y_m: float, upright: bool = Fa
     x0, z0, x1, z1 = front
     x, z = x0 + (x1 - x0) * at, (z0 + z1) / 2
     if style.handle == "rail":
-        half_x, half_z = ((0.011, 0.4 * (z1 - z0)) if upright else (0.42 * (x1 - x0), 0.011))
+        half_x, half_z = (0.011, 0.4 * (z1 - z0)) if upright else (0.42 * (x1 - x0), 0.011)
         z = z if upright else z1 - 0.02
     elif style.handle == "knob":
         half_x = half_z = KNOB_M / 2

@@ -97,9 +97,7 @@ def dresser(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[P
     parts, foot = _carcass(rng, style, colour, (width, depth), height)
     x, y = width / 2, depth / 2
     columns = 1 if width < 1.0 else 2
-    parts += drawers(
-        style, colour, metal, (-x, foot + 0.01, x, height - 0.025), -y, int(rng.integers(3, 5)), columns
-    )
+    parts += drawers(style, colour, metal, (-x, foot + 0.01, x, height - 0.025), -y, int(rng.integers(3, 5)), columns)
     return centred(parts)
 
 

@@ -295,9 +295,7 @@ def _footprint(item: Item) -> float:
 
 
 @numba.njit(cache=True)
-def _meet(
-    a: FloatArray, a_low: float, a_high: float, b: FloatArray, b_low: float, b_high: float, apart: float
-) -> bool:
+def _meet(a: FloatArray, a_low: float, a_high: float, b: FloatArray, b_low: float, b_high: float, apart: float) -> bool:
     """Whether two upright prisms over counter-clockwise convex quads come nearer than ``apart`` (separating axes)."""
     if min(a_high, b_high) - max(a_low, b_low) <= 1e-6:
         return False

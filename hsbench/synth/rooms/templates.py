@@ -48,7 +48,6 @@ FILLERS: tuple[str, ...] = ("plant", "floor_lamp", "stool", "shelf", "side_table
 """Small groups that bring a sparse room up to its least number of objects."""
 
 
-
 def even_weights(names: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
     """(name, weight) such that every room type is equally likely, and within a type every template."""
     types = [TEMPLATES[name].room_type for name in names]

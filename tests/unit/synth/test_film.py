@@ -30,7 +30,7 @@ PLACES: tuple[tuple[tuple[int, float, float, float], ...], ...] = (
     ((1, 3.0, 0.5, 0.3), (2, 3.4, 0.3, 2.0)),  # one partly hides the other
     ((2, 3.2, -0.9, -1.0),),  # half behind the table
     ((1, 4.2, 2.2, 0.0),),  # cut by the border of the image
-    ((1, 0.35, 0.0, 0.0), (2, 3.0, 0.5, 0.0)),  # one against the lens
+    ((1, 0.1, 0.3, 0.0), (2, 3.0, 0.5, 0.0)),  # one astride the camera's plane
     ((1, -0.8, 0.0, 0.0), (2, 2.5, -0.3, 0.0)),  # one behind the camera
     ((1, 4.5, 0.0, 0.0), (2, 4.5, 0.9, 1.0)),
 )
@@ -139,7 +139,7 @@ def test_a_patch_changes_only_people(filming: Filming) -> None:
         assert set(np.unique(patch.picture.instance[patch.mask])) <= people
         behind = background.depth_mm[window][patch.mask]
         assert ((patch.picture.depth_mm[patch.mask] < behind) | (behind == 0)).all()
-    assert filming.patch(background, 4).mask.shape == (60, 80)  # somebody at the lens: the whole picture
+    assert filming.patch(background, 4).mask.shape == (60, 80)  # somebody at the camera: the whole picture
     assert filming.patch(background, 0).mask.size < 80 * 60 / 3  # alone in the open: a tight crop
 
 

@@ -36,7 +36,8 @@ def random_scene(seed: int) -> Scene:
     rng = np.random.default_rng(seed)
     objects = []
     for object_id in range(3, 9):
-        solids = []
+        upright = box(rng.uniform(0.02, 0.3, 3), rng.normal(0, 0.1, 3))  # with the object's yaw: faces exactly vertical
+        solids = [upright] if object_id % 2 else []
         for k in range(int(rng.integers(1, 4))):
             turn = rigid(
                 Rotation.random(random_state=int(rng.integers(2**31))).as_matrix(), tuple(rng.normal(0, 0.1, 3))

@@ -71,8 +71,8 @@ def test_a_lifted_knee_is_still_standing() -> None:
 @pytest.mark.parametrize(
     ("legs", "expected"),
     [
-        ({**STANDING, "hip": (0.0, 0.76), "knee": (0.0, 0.34)}, [Action.STAND]),
-        ({**STANDING, "hip": (0.0, 0.74), "knee": (0.0, 0.32)}, []),  # straight, but the pelvis is too low
+        ({"hip": (0.0, CONFIG.pelvis_stand_m + 0.01), "knee": (0.0, 0.3)}, [Action.STAND]),
+        ({"hip": (0.0, CONFIG.pelvis_stand_m - 0.01), "knee": (0.0, 0.3)}, []),  # straight, but the pelvis is too low
         ({**SITTING, "hip": (0.0, 0.74), "knee": (0.41, 0.7)}, [Action.SIT]),
         ({**SITTING, "hip": (0.0, 0.76), "knee": (0.41, 0.72)}, []),  # bent, but too high for a seat
         ({**SITTING, "hip": (0.0, 0.26), "knee": (0.4, 0.4)}, [Action.SIT]),

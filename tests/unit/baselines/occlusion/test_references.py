@@ -39,7 +39,7 @@ def test_the_height_prior_is_the_best_of_all_limits(seed: int) -> None:
     for _ in range(2):
         n = 60
         behind, z = rng.uniform(-0.1, 4.5, n), 0.025 + 0.05 * rng.integers(0, 48, n)
-        limit, top = rng.uniform(0.2, 3.0), rng.uniform(0.3, 2.0)
+        limit, top = rng.uniform(1.0, 3.5), rng.uniform(0.8, 2.2)
         solid = ((behind < limit) & (z < top)) ^ (rng.random(n) < 0.15)
         samples.append((behind, z, solid))
     found = fit(iter(samples))

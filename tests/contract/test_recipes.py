@@ -1,0 +1,105 @@
+"""The contract of every recipe: a folder in ``generators/`` with a data sheet, settings, a short file of code, splits.
+
+Adding a folder is registration: these tests find it.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hsbench import load
+from hsbench.datasets.verify import verify_episode, verify_files
+from hsbench.io.resources import resource
+from hsbench.io.splits import SPLITS, read_splits
+from hsbench.schema import VoxelState
+from hsbench.synth.generate import Job, generate
+from hsbench.synth.recipes import find_recipe
+from hsbench.tasks import TASKS
+
+RECIPES = sorted(p.name for p in resource("generators").iterdir() if p.is_dir() and not p.name.startswith((".", "_")))
+MAX_LINES = 200  # DESIGN, Layout
+recipes = pytest.mark.parametrize("name", RECIPES)
+
+
+def test_every_data_set_of_a_task_has_a_recipe() -> None:
+    assert {spec.dataset for spec in TASKS.values()} <= set(RECIPES)
+
+
+@recipes
+def test_folder(name: str) -> None:
+    folder = resource("generators") / name
+    code = (folder / f"{name}.py").read_text(encoding="utf-8")
+    assert len(code.splitlines()) <= MAX_LINES
+    assert ast.get_docstring(ast.parse(code))
+    sheet = (folder / "README.md").read_text(encoding="utf-8")
+    assert name in sheet
+    assert len(sheet.split()) > 100
+    for word in ("licen", "seed", "split", "sensor", "truth"):
+        assert word in sheet.lower(), f"the data sheet says nothing of {word}"
+    assert tomllib.loads((folder / "config.toml").read_text(encoding="utf-8"))
+
+
+@recipes
+def test_it_is_found_and_builds(name: str) -> None:
+    recipe = find_recipe(name)
+    assert recipe.name == name
+    assert list(inspect.signature(recipe.build).parameters) == ["config", "unit"]
+    assert inspect.isgeneratorfunction(recipe.build)
+    assert find_recipe(str(recipe.folder)).sha256 == recipe.sha256
+
+
+@recipes
+def test_it_has_splits(name: str) -> None:
+    splits = read_splits(name)
+    assert splits.dataset == name
+    assert {"mini", "small", "full"} <= set(splits.scenes)
+    assert {split for _, split in splits.numbers("mini")} == set(SPLITS)
+
+
+@recipes
+def test_a_mini_data_set_loads_and_verifies_clean(
+    name: str, made_once: Callable[[str, Callable[[Path], None]], Path]
+) -> None:
+    """Every mini scene with the recipe's own settings; pictures are the business of the shorter tests."""
+    job = Job(name, 0, tuple(read_splits(name).numbers("mini")), "none", "raycast")
+    root = made_once(f"mini-{name}", lambda folder: [*generate(job, folder / "data")] and None) / "data"
+    assert verify_files(root) == []
+    data = load(root, truth=True)
+    assert [(i, s) for i, s in zip(data.scene_ids, (r["split"] for r in data.rows), strict=True)] == sorted(
+        (f"scene-{number:06d}", split) for number, split in job.units
+    )
+    assert data.description["recipe_sha256"] == find_recipe(name).sha256
+    assert data.description["licence"]
+    styles: dict[bool, set[str]] = {True: set(), False: set()}
+    for row, episode in zip(data.rows, data, strict=True):
+        assert verify_episode(episode) == []
+        assert episode.dataset == name
+        assert 100 < episode.duration_s < 24 * 3600
+        assert len(episode.poses) > 30
+        styles[row["split"] == "test-novel"].add(episode.truth.scene.style)
+        for item in episode.truth.scene.objects:
+            for part in item.parts:
+                if part.solid is not None:
+                    part.solid.check()
+        truth = episode.truth.occupancy
+        hidden = truth.state == VoxelState.OCCLUDED
+        assert 0.01 < np.mean(hidden) < 0.9
+        assert truth.solid[hidden].any()
+        swept = np.isfinite(truth.swept_s)
+        assert np.mean(truth.solid[swept]) < 0.02  # a body in a solid is a contact, or a fault
+        assert episode.truth.poses.action.max() > 1  # somebody does more than stand
+    assert not styles[True] & styles[False]  # test-novel is new
+
+
+@recipes
+def test_the_splits_tell_the_style_families_apart(name: str) -> None:
+    """A misspelt split must not silently be a common one."""
+    assert set(SPLITS) == {"train", "val", "test-seen", "test-novel"}
+    assert "test-novel" in (resource("generators") / name / f"{name}.py").read_text(encoding="utf-8")
