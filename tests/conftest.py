@@ -10,7 +10,7 @@ import json
 import os
 import shutil
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -59,6 +59,21 @@ def write_recipe(folder: Path, changes: dict[str, dict[str, object]]) -> None:
     (folder / "config.toml").write_text(text, encoding="utf-8")
 
 
+def exhaust(steps: Iterator[object]) -> None:
+    """Run an iterator to its end."""
+    for _ in steps:
+        pass
+
+
+WriteRecipe = Callable[[Path, dict[str, dict[str, object]]], None]
+
+
+@pytest.fixture(scope="session", name="write_recipe")
+def _write_recipe() -> WriteRecipe:
+    """``write_recipe(folder, changes)``, for tests that need settings of their own."""
+    return write_recipe
+
+
 @pytest.fixture(scope="session")
 def short_recipe(made_once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
     """The folder of recipe rgbd-activity at 12 s an episode, outside the repository."""
@@ -70,7 +85,7 @@ def short_recipe(made_once: Callable[[str, Callable[[Path], None]], Path]) -> Pa
 def rgbd(made_once: Callable[[str, Callable[[Path], None]], Path], short_recipe: Path) -> Path:
     """A data set of size mini: 2 train, 2 val, 1 test-seen, 1 test-novel; drawn by the ray caster. Read only."""
     job = Job(str(short_recipe), 0, tuple(read_splits("rgbd-activity").numbers("mini")), "all", "raycast")
-    return made_once("rgbd", lambda folder: [*generate(job, folder / "data")] and None) / "data"
+    return made_once("rgbd", lambda folder: exhaust(generate(job, folder / "data"))) / "data"
 
 
 @pytest.fixture

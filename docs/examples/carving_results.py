@@ -57,6 +57,8 @@ def main() -> None:
         if name != "carve":
             d = compare(reports["carve"], reports[name]).primary
             print(f"| carve less {name} | {d.estimate:+.3f} [{d.low:+.3f}, {d.high:+.3f}] |")
+    d = compare(reports["carve-height-prior"], reports["height-prior"]).primary
+    print(f"| carve-height-prior less height-prior | {d.estimate:+.3f} [{d.low:+.3f}, {d.high:+.3f}] |")
     print("\n| seconds watched | carve | carve-swept |\n|---|---|---|")
     for seconds in TIMES_S:
         cells = []

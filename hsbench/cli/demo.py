@@ -14,20 +14,30 @@ from hsbench.datasets.dataset import Dataset, load
 from hsbench.datasets.verify import verify_episode, verify_files
 from hsbench.errors import DataError
 from hsbench.evaluation.compare import compare
-from hsbench.evaluation.report import Report, write_report
+from hsbench.evaluation.report import write_report
 from hsbench.evaluation.score import score
-from hsbench.io.atomic import write_text
+from hsbench.io.atomic import write_bytes, write_text
+from hsbench.io.images import encode_png
 from hsbench.io.splits import read_splits
 from hsbench.leaderboard import Entry, html_page, rank, read_entries, write_entry
 from hsbench.submission.check import check_or_raise
 from hsbench.submission.read import Predictions, open_submission
 from hsbench.synth.generate import Job, generate
 from hsbench.tasks.scene_completion import GRID, SCENE_COMPLETION
-from hsbench.viz.demo_page import Shown, demo_page
+from hsbench.viz.demo_page import Shown, banner, demo_page
 
 RECIPE = "rgbd-activity"
 SPLIT = "val"
-METHODS = ("carve", "carve-shuffled", "all-solid", "visible-only", "height-prior", "best-constant", "carve-swept")
+METHODS = (
+    "carve",
+    "carve-shuffled",
+    "all-solid",
+    "visible-only",
+    "height-prior",
+    "carve-height-prior",
+    "best-constant",
+    "carve-swept",
+)
 SHOWN = ("all-solid", "carve")
 AGAINST = ("all-solid", "carve-shuffled", "height-prior")
 YEAR = 2026
@@ -70,12 +80,16 @@ def demo(out: Path, workers: int, quick: bool = False) -> Iterator[Step]:
         yield Step(f"{name}: {SCENE_COMPLETION.primary_metric} {report.primary.value:.3f}")
     entries = read_entries(board, SCENE_COMPLETION.name, SCENE_COMPLETION.version)
     write_text(out / "board.html", html_page(rank(entries), SCENE_COMPLETION.title))
-    write_text(out / "report.html", _page(load(data, SPLIT, truth=True), predictions, reports))
+    shown = _shown(load(data, SPLIT, truth=True), predictions)
+    comparisons = [compare(reports["carve"], reports[name]) for name in AGAINST]
+    write_bytes(out / "picture.png", encode_png(banner(shown[0])))
+    write_text(out / "report.html", demo_page(shown, list(reports.values()), comparisons, commands()))
     yield Step(f"board: {out / 'board.html'}")
     yield Step(f"report: {(out / 'report.html').resolve()}")
 
 
-def _page(data: Dataset, predictions: Path, reports: dict[str, Report]) -> str:
+def _shown(data: Dataset, predictions: Path) -> list[Shown]:
+    """The episodes with their activity maps and the predictions that are drawn."""
     config = CarveConfig()
     answers = {}
     for name in SHOWN:
@@ -88,8 +102,7 @@ def _page(data: Dataset, predictions: Path, reports: dict[str, Report]) -> str:
         maps = activity_maps(recognise(episode.poses, config), GRID, config)
         grids = {name: grid for name in SHOWN if (grid := answers[name][episode.episode_id]) is not None}
         shown.append(Shown(episode, maps.stand, maps.sit, grids))
-    comparisons = [compare(reports["carve"], reports[name]) for name in AGAINST]
-    return demo_page(shown, list(reports.values()), comparisons, commands())
+    return shown
 
 
 def commands() -> list[str]:

@@ -72,6 +72,8 @@ def _renderer() -> Finding:
     found = ", ".join(f"{key} {value}" for key, value in facts.items() if value)
     if facts.get("egl"):
         return Finding("rendering", "ok", found)
+    if not facts.get("pyrender_version"):
+        return Finding("rendering", "absent", found, "pip install 'hsbench[gen]'")
     advice = "the slower ray caster draws; for OpenGL on Debian: apt-get install libegl1 libgl1 libgl1-mesa-dri"
     return Finding("rendering", "absent", found or "no renderer", advice)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from importlib import import_module
 
 import click
@@ -72,6 +73,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def run(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
+    warnings.showwarning = _note
     try:
         code = cli.main(args=arguments, prog_name="hsbench", standalone_mode=False)
     except HsbenchError as error:
@@ -86,10 +88,15 @@ def run(arguments: list[str] | None = None) -> int:
     except (KeyboardInterrupt, click.Abort):
         click.echo("stopped; what was finished is kept, the same command goes on from there", err=True)
         return INTERRUPTED
-    except BrokenPipeError:  # the reader of our output went away, as in `hsbench tasks | head -1`
+    except (BrokenPipeError, SystemExit):  # the reader of our output went away: `hsbench tasks | head -1`; click exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     return code if isinstance(code, int) else 0  # click gives back what a command handed to context.exit
+
+
+def _note(message: Warning | str, *_: object, **__: object) -> None:
+    """A warning in one line, without the place in our code it came from."""
+    click.echo(f"note: {message}", err=True)
 
 
 if __name__ == "__main__":

@@ -53,6 +53,7 @@ def write_episode(folder: Path, episode: Episode, scene_id: str, split: str, ren
 
     Raises DataError if the folder exists.
     """
+    _check_storable(episode)
     with atomic_folder(folder) as unit:
         for part in ("inputs", "truth"):
             (unit / part).mkdir()
@@ -107,6 +108,24 @@ def _write_inputs(unit: Path, episode: Episode) -> None:
         write_images(
             unit / "inputs" / "frames",
             ((f.timestamp_ns, f.rgb, None if f.depth_m is None else depth_to_mm(f.depth_m)) for f in images),
+        )
+
+
+def _check_storable(episode: Episode) -> None:
+    """Raise SchemaError for truth that has no place on disk: nothing is dropped in silence."""
+    truth = episode.truth
+    if truth is None:
+        return
+    if truth.objects is not None:
+        described = 0 if truth.scene is None else len(truth.scene.objects)
+        if len(truth.objects.object_id) != described:
+            raise SchemaError(
+                f"episode {episode.episode_id} has truth of {len(truth.objects.object_id)} objects; "
+                f"expected the scene's {described}"
+            )
+    if truth.frames is not None and not isinstance(episode.frames, Film | RecordingFrames):
+        raise SchemaError(
+            f"episode {episode.episode_id} has truth of frames that are no recording; expected it to follow from one"
         )
 
 

@@ -70,7 +70,7 @@ def interval(
     stats: (S, k) one row of sufficient statistics a scene, in an order fixed by the caller (sort by scene id).
     """
     rows = _check(stats, "stats")
-    return _interval(lambda weights: statistic(weights @ rows), len(rows), replicates, seed, level)
+    return resample(lambda weights: statistic(weights @ rows), len(rows), replicates, seed, level)
 
 
 def paired_difference(
@@ -89,14 +89,18 @@ def paired_difference(
     rows_a, rows_b = _check(stats_a, "stats_a"), _check(stats_b, "stats_b")
     if rows_a.shape != rows_b.shape:
         raise SchemaError(f"stats_b has shape {rows_b.shape}; expected {rows_a.shape} as stats_a (the same scenes?)")
-    return _interval(
+    return resample(
         lambda weights: statistic(weights @ rows_a) - statistic(weights @ rows_b), len(rows_a), replicates, seed, level
     )
 
 
-def _interval(
+def resample(
     value: Callable[[IntArray], FloatArray], scenes: int, replicates: int, seed: int, level: float
 ) -> Interval:
+    """Interval of any value of weighted scenes, for what does not add up over them.
+
+    value: (B, S) how often each replicate draws each scene -> (B,), NaN where undefined.
+    """
     if not 0 < level < 1:
         raise SchemaError(f"level is {level}; expected between 0 and 1 (a percentage?)")
     if scenes == 0:

@@ -34,9 +34,14 @@ floor, ceiling, wall, door or window (``STRUCTURE``).
 | ``occluded-swept`` | OCCLUDED, a body entered the voxel during the episode |
 | ``occluded-unswept`` | OCCLUDED, none did |
 
+Breakdown (``breakdown``): the known voxels of the room (region ``known``) by how they could be known: ``seen`` (free or
+surface at t0), ``swept`` (not seen, a body entered) and ``never-observed`` (neither); and the ``occluded`` region by
+height, ``0.0-0.5 m`` standing for 0.0 < z <= 0.5 of the voxel centre. Either set of parts adds up to its region.
+
 Protocols: ``hsbench-occluded``, ``hsbench-surface-occluded`` and ``hsbench-known`` are the regions of those names.
-``monoscene`` is region ``everything``: MonoScene (Cao, de Charette, CVPR 2022) and VoxFormer evaluate all voxels with
-a label, structure and visible ones too, counts pooled over scenes.
+``sscnet``, ``aicnet``, ``3dsketch``, ``monoscene`` and ``semantic-kitti`` follow other benchmarks exactly, with their
+own voxels, ratios and averages: ``completion_protocols`` specifies them. ``score`` is for one scene, ``aggregate`` for
+several. Labels are scored by ``semantic_completion``.
 
 Differences from other scorers
 ------------------------------
@@ -47,19 +52,23 @@ Differences from other scorers
   predicting them solid costs nothing): usually lower. ``occluded-with-structure`` keeps them.
 * SSCNet averages precision, recall and IoU over scenes, a scene without solid voxels giving NaN; here counts are
   pooled, so rooms weigh by their occluded volume. The mean over episodes stands beside it in reports.
-* MonoScene and VoxFormer add 1e-5 to the denominator, so truth as prediction is below 1 and an absent class is 0;
-  here it is exactly 1, and absent is None.
+* Several scorers give 0 where nothing is solid or predicted, or count in float32, which stops at 2^24; here it is None
+  and integers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from hsbench.errors import SchemaError
 from hsbench.metrics import voxel_masks
+from hsbench.metrics.completion_protocols import FOREIGN, UNLABELLED, evaluated, ratios
+from hsbench.metrics.tables import Counts as Counts
+from hsbench.metrics.tables import count
 from hsbench.metrics.voxel_masks import Bits, Masks, pack, unpack
 from hsbench.schema.categories import CATEGORIES, STRUCTURE
 from hsbench.schema.occupancy import OccupancyTruth
@@ -71,36 +80,11 @@ DEFAULT_VOXEL_M = 0.05
 
 
 @dataclass(frozen=True)
-class Counts:
-    """Sufficient statistics of one mask: voxels that are solid and predicted, only predicted, only solid, neither."""
-
-    tp: int = 0
-    fp: int = 0
-    fn: int = 0
-    tn: int = 0
-
-    def __add__(self, other: Counts) -> Counts:
-        return Counts(self.tp + other.tp, self.fp + other.fp, self.fn + other.fn, self.tn + other.tn)
-
-    @property
-    def precision(self) -> float | None:
-        """TP / (TP + FP), None where nothing is predicted."""
-        return _ratio(self.tp, self.tp + self.fp)
-
-    @property
-    def recall(self) -> float | None:
-        """TP / (TP + FN), None where nothing is solid."""
-        return _ratio(self.tp, self.tp + self.fn)
-
-    @property
-    def iou(self) -> float | None:
-        """TP / (TP + FP + FN), None where nothing is solid or predicted."""
-        return _ratio(self.tp, self.tp + self.fp + self.fn)
-
-
-@dataclass(frozen=True)
 class CompletionScore:
-    """What ``score`` returns: the protocol's name, its counts, and their ratios (None = undefined)."""
+    """One scene under a protocol: its name, the counts, and their ratios by the protocol's rule (None = undefined).
+
+    verified_by: what a foreign protocol was checked against; None = unverified. hsbench's own say so.
+    """
 
     protocol: str
     counts: Counts
@@ -108,29 +92,56 @@ class CompletionScore:
     @property
     def precision(self) -> float | None:
         """Precision under the protocol."""
-        return self.counts.precision
+        return ratios(self.protocol, self.counts)[0]
 
     @property
     def recall(self) -> float | None:
         """Recall under the protocol."""
-        return self.counts.recall
+        return ratios(self.protocol, self.counts)[1]
 
     @property
     def iou(self) -> float | None:
         """Intersection over union under the protocol."""
-        return self.counts.iou
+        return ratios(self.protocol, self.counts)[2]
+
+    @property
+    def verified_by(self) -> str | None:
+        """What the protocol's numbers were compared with."""
+        return verification(self.protocol)
+
+
+@dataclass(frozen=True)
+class CompletionSummary:
+    """Several scenes under a protocol, averaged by its rule; None = undefined.
+
+    undefined_scenes: for precision, recall, IoU, in how many scenes the value has no denominator. counts: added up.
+    """
+
+    protocol: str
+    precision: float | None
+    recall: float | None
+    iou: float | None
+    scenes: int
+    undefined_scenes: tuple[int, int, int]
+    counts: Counts
+    verified_by: str | None
 
 
 REGIONS: tuple[str, ...] = tuple(voxel_masks.REGIONS)
 """Names of the regions of ``episode_counts``, the primary one first."""
 
-PROTOCOLS: Mapping[str, str] = {
+OWN_PROTOCOLS: Mapping[str, str] = {
     "hsbench-occluded": "occluded",
     "hsbench-surface-occluded": "surface+occluded",
     "hsbench-known": "known",
-    "monoscene": "everything",
 }
-"""Protocol name -> region whose counts it scores."""
+"""Name of a protocol of hsbench -> region whose counts it scores."""
+
+PROTOCOLS: tuple[str, ...] = (*OWN_PROTOCOLS, *FOREIGN)
+"""All protocol names of ``score``."""
+
+HEIGHTS_M = (0.0, 0.5, 1.0, 1.5, 2.0)
+"""Limits of the height bands of ``breakdown``."""
 
 PROTOCOL_VERSION = "0"
 """Raised when a mask or a rule above changes."""
@@ -147,32 +158,61 @@ def score(
 ) -> CompletionScore:
     """Score one scene under a named protocol.
 
-    truth: (nx, ny, nz) category ids, 0 = free, or bool (solid; structure is then unknown and stays in the mask).
+    truth: (nx, ny, nz) category ids, 0 = free, or bool (solid; structure is then unknown and stays in the mask). For
+    another benchmark's protocol any labels 0..254, 255 = unlabelled.
     prediction: (nx, ny, nz) bool or integers, occupied where not 0.
-    state: (nx, ny, nz) uint8 of ``VoxelState``; the hsbench protocols need it.
-    ignored: (nx, ny, nz) bool, voxels to leave out. z_m: (nz,) heights of voxel centres above the floor in metres;
-    default (k + 1/2) 0.05, the grid of the task.
+    state: (nx, ny, nz) uint8 of ``VoxelState``; all protocols but monoscene need it.
+    ignored: (nx, ny, nz) bool, voxels to leave out; for other benchmarks' protocols they are unlabelled.
+    z_m: (nz,) heights of voxel centres above the floor in metres; default (k + 1/2) 0.05, the grid of the task. Only
+    hsbench's protocols know heights.
     Raises SchemaError for an unknown protocol and for arrays that do not fit, naming the array.
     """
     if protocol not in PROTOCOLS:
         raise SchemaError(f"completion protocol {protocol!r} is unknown; expected one of {', '.join(PROTOCOLS)}")
-    _check_truth(truth)
-    structure = STRUCTURE if truth.dtype != np.bool_ else frozenset()
-    predicted = pack(_check_prediction(prediction, truth.shape))
-    if state is None:
-        raise SchemaError(f"state is missing; protocol {protocol} needs to know which voxels the camera saw")
-    _check(state, "state", truth.shape, np.uint8, "values of VoxelState")
-    if state.max() > max(VoxelState):
-        raise SchemaError(f"state holds {state.max()}; expected 0..{max(VoxelState)} (the values of another data set?)")
+    foreign = FOREIGN.get(protocol)
+    check_truth(truth, unlabelled=foreign is not None)
+    occupied = _check_prediction(prediction, truth.shape)
+    check_state(state, truth.shape, protocol, needed=foreign is None or foreign.needs_state)
     if ignored is not None:
-        _check(ignored, "ignored", truth.shape, np.bool_, "True where a voxel does not count")
-    heights_m = (np.arange(truth.shape[2]) + 0.5) * DEFAULT_VOXEL_M if z_m is None else np.asarray(z_m, np.float64)
-    if heights_m.shape != truth.shape[2:] or not np.isfinite(heights_m).all():
-        raise SchemaError(f"z_m has shape {heights_m.shape} or is not finite; expected ({truth.shape[2]},) metres")
-    masks = Masks(truth, structure, state, ignored, None, tuple(heights_m.tolist()))
-    return CompletionScore(
-        protocol, _count(masks.solid, predicted, masks.region(voxel_masks.REGIONS[PROTOCOLS[protocol]]))
-    )
+        check_array(ignored, "ignored", truth.shape, np.bool_, "True where a voxel does not count")
+    if foreign is not None:
+        if z_m is not None:
+            raise SchemaError(f"z_m is given; protocol {protocol} evaluates all heights")
+        if prediction.dtype != np.bool_ and int(prediction.max()) == UNLABELLED:
+            raise SchemaError(
+                "prediction holds 255, the label of unlabelled truth; expected 0 = free, 1..254 = occupied"
+            )
+        labels, mask = evaluated(foreign, truth, state, ignored, semantic=False)
+        return CompletionScore(protocol, count(labels != 0, occupied, mask))
+    assert state is not None
+    structure = STRUCTURE if truth.dtype != np.bool_ else frozenset()
+    masks = Masks(truth, structure, state, ignored, None, heights(truth.shape, z_m))
+    region = voxel_masks.REGIONS[OWN_PROTOCOLS[protocol]]
+    return CompletionScore(protocol, _count(masks.solid, pack(occupied), masks.region(region)))
+
+
+def aggregate(scores: Sequence[CompletionScore]) -> CompletionSummary:
+    """Scores of several scenes, averaged as their protocol does: pooled counts, or the mean of the scenes' ratios.
+
+    A mean over scenes is None as soon as one scene is undefined, where the source gives NaN.
+    Raises SchemaError for no score or different protocols.
+    """
+    names = sorted({s.protocol for s in scores})
+    if len(names) != 1:
+        raise SchemaError(f"scores are of protocols {names}; expected one scene or more, all of one protocol")
+    counts = sum((s.counts for s in scores), Counts())
+    precisions, recalls, ious = zip(*((s.precision, s.recall, s.iou) for s in scores), strict=True)
+    values = ratios(names[0], counts)
+    if names[0] in FOREIGN and FOREIGN[names[0]].average == "scenes":
+        values = (_mean(precisions), _mean(recalls), _mean(ious))
+    undefined = (precisions.count(None), recalls.count(None), ious.count(None))
+    return CompletionSummary(names[0], *values, len(scores), undefined, counts, verification(names[0]))
+
+
+def verification(protocol: str) -> str | None:
+    """What a protocol's numbers were compared with, None = unverified; a report must then say *unverified*."""
+    own = "defined by hsbench; tests/reference/completion_loop.py, written from the task alone"
+    return FOREIGN[protocol].verified_by if protocol in FOREIGN else own
 
 
 def episode_counts(truth: OccupancyTruth, prediction: BoolArray) -> dict[str, Counts]:
@@ -184,6 +224,29 @@ def episode_counts(truth: OccupancyTruth, prediction: BoolArray) -> dict[str, Co
     z_m = tuple(truth.grid.axis_centres(2).tolist())
     masks = Masks(truth.semantic, STRUCTURE, truth.state, truth.ignored, truth.swept_s, z_m)
     return {name: _count(masks.solid, predicted, masks.region(region)) for name, region in voxel_masks.REGIONS.items()}
+
+
+def breakdown(
+    truth: OccupancyTruth, prediction: BoolArray, heights_m: Sequence[float] = HEIGHTS_M
+) -> dict[str, Counts]:
+    """Counts of one episode by how a voxel could be known, and of the occluded region by height; see the docstring.
+
+    prediction: (nx, ny, nz) bool on the grid of ``truth``. heights_m: ascending limits of the bands, in metres.
+    Raises SchemaError where something does not fit.
+    """
+    occupied = _check_prediction(prediction, truth.grid.shape)
+    if len(heights_m) < 2 or any(not low < high for low, high in pairwise(heights_m)):
+        raise SchemaError(f"heights_m is {tuple(heights_m)}; expected two or more ascending heights in metres")
+    z_m = truth.grid.axis_centres(2)
+    masks = Masks(truth.semantic, STRUCTURE, truth.state, truth.ignored, None, tuple(z_m.tolist()))
+    known, occluded = (unpack(masks.region(voxel_masks.REGIONS[r]), truth.grid.shape) for r in ("known", "occluded"))
+    seen = (truth.state == int(VoxelState.FREE)) | (truth.state == int(VoxelState.SURFACE))
+    swept = np.isfinite(truth.swept_s)
+    parts = {"seen": known & seen, "swept": known & ~seen & swept, "never-observed": known & ~seen & ~swept}
+    for low, high in pairwise(heights_m):
+        band = (z_m > low + voxel_masks.SLACK_M) & (z_m <= high + voxel_masks.SLACK_M)
+        parts[f"{low:.1f}-{high:.1f} m"] = occluded & band
+    return {name: count(truth.solid, occupied, mask) for name, mask in parts.items()}
 
 
 def primary_mask(truth: OccupancyTruth) -> BoolArray:
@@ -217,7 +280,8 @@ def _count(solid: Bits, predicted: Bits, mask: Bits) -> Counts:
     return Counts(tp, predictions - tp, truths - tp, in_mask - truths - predictions + tp)
 
 
-def _check_truth(truth: AnyArray) -> None:
+def check_truth(truth: AnyArray, *, unlabelled: bool) -> None:
+    """Raise SchemaError unless truth is a grid of category ids, or with ``unlabelled`` of labels 0..255, or bool."""
     if not isinstance(truth, np.ndarray) or truth.ndim != 3 or not truth.size:
         raise SchemaError(f"truth has shape {np.shape(truth)}; expected (nx, ny, nz): one scene at a time")
     if truth.dtype == np.bool_:
@@ -225,6 +289,8 @@ def _check_truth(truth: AnyArray) -> None:
     if truth.dtype.kind not in "ui":
         raise SchemaError(f"truth has dtype {truth.dtype}; expected category ids or bool")
     low, high = int(truth.min()), int(truth.max())
+    if unlabelled and low >= 0 and high <= UNLABELLED:
+        return
     if low < 0 or high > len(CATEGORIES):
         raise SchemaError(
             f"truth holds {low if low < 0 else high}; expected category ids 0..{len(CATEGORIES)}"
@@ -258,14 +324,35 @@ def _check_prediction(prediction: AnyArray, shape: tuple[int, ...]) -> BoolArray
     return np.asarray(prediction != 0)
 
 
-def _check(array: AnyArray, name: str, shape: tuple[int, ...], dtype: type, meaning: str) -> None:
+def heights(shape: tuple[int, ...], z_m: FloatArray | None) -> tuple[float, ...]:
+    """Heights of voxel centres above the floor in metres: those given, else of the task's grid."""
+    heights_m = (np.arange(shape[2]) + 0.5) * DEFAULT_VOXEL_M if z_m is None else np.asarray(z_m, np.float64)
+    if heights_m.shape != shape[2:] or not np.isfinite(heights_m).all():
+        raise SchemaError(f"z_m has shape {heights_m.shape} or is not finite; expected ({shape[2]},) metres")
+    return tuple(heights_m.tolist())
+
+
+def check_state(state: AnyArray | None, shape: tuple[int, ...], protocol: str, *, needed: bool) -> None:
+    """Raise SchemaError unless ``state`` holds ``VoxelState`` on the grid, or is None and not needed."""
+    if state is None:
+        if needed:
+            raise SchemaError(f"state is missing; protocol {protocol} needs to know which voxels the camera saw")
+        return
+    check_array(state, "state", shape, np.uint8, "values of VoxelState")
+    if state.max() > max(VoxelState):
+        raise SchemaError(f"state holds {state.max()}; expected 0..{max(VoxelState)} (the values of another data set?)")
+
+
+def check_array(array: AnyArray, name: str, shape: tuple[int, ...], dtype: type, meaning: str) -> None:
+    """Raise SchemaError unless ``array`` has the shape and dtype; ``meaning`` says what it should hold."""
     if not isinstance(array, np.ndarray) or array.shape != shape or array.dtype != np.dtype(dtype):
         found = f"{array.dtype} {array.shape}" if isinstance(array, np.ndarray) else type(array).__name__
         raise SchemaError(f"{name} is {found}; expected {np.dtype(dtype)} {shape}: {meaning}")
 
 
-def _ratio(numerator: int, denominator: int) -> float | None:
-    return numerator / denominator if denominator else None
+def _mean(values: Sequence[float | None]) -> float | None:
+    defined = [value for value in values if value is not None]
+    return sum(defined) / len(defined) if len(defined) == len(values) else None
 
 
 def _ratios(numerator: AnyArray, denominator: AnyArray) -> FloatArray:

@@ -75,7 +75,7 @@ class Predictions:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Boxes of all scenes end to end. boxes (n, c) float64, labels (n,), scene (n,), start (S + 1,) first row of each."""
+    """Boxes of all scenes end to end: boxes (n, c), labels (n,), scene (n,), start (S + 1,) first row of each scene."""
 
     boxes: FloatArray
     labels: IntArray
@@ -247,8 +247,8 @@ def _check_scenes(truths: Sequence[Truths], predictions: Sequence[Predictions | 
         raise SchemaError("truths and predictions are lists with one item a scene; wrap a single scene: [truths]")
     if len(truths) != len(predictions):
         raise SchemaError(
-            f"there are {len(truths)} scenes of truth and {len(predictions)} of predictions; expected the same scenes in"
-            " the same order (a scene without prediction is None and counts as an empty one)"
+            f"there are {len(truths)} scenes of truth and {len(predictions)} of predictions; expected the same scenes"
+            " in the same order (a scene without prediction is None and counts as an empty one)"
         )
     for s, (t, p) in enumerate(zip(truths, predictions, strict=True)):
         if not isinstance(t, Truths):
@@ -298,12 +298,7 @@ def _check_boxes(boxes: AnyArray, name: str) -> int:
         i = int(np.flatnonzero(bad)[0])
         raise SchemaError(f"{name}[{i}] is {boxes[i].tolist()}; expected finite numbers")
     if boxes.shape[1] > 4:
-        bad = ~(boxes[:, 3:6] > 0).all(axis=1)
-        if bad.any():
-            i = int(np.flatnonzero(bad)[0])
-            raise SchemaError(
-                f"{name}[{i}] has size {boxes[i, 3:6].tolist()}; expected > 0 m (min and max corner, not centre and size?)"
-            )
+        boxes3d.checked(boxes, None, name)
     return len(boxes)
 
 

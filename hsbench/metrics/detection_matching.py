@@ -82,7 +82,7 @@ def match_untaken(
     """Each detection goes to its best truth that is not taken, one that counts before one that is ignored.
 
     As COCO: among equals the last truth wins; a crowd is never taken; an unmatched detection outside the range does
-    not count. ignored: (A, G), outside: (A, D) per range. outcome: (A, T, D). rank: (D,) place of a detection in its
+    not count. ignored: (A, G), outside: (A, D) per range. outcome: (D, A, T). rank: (D,) place of a detection in its
     class and scene, from 0; those from ``limit`` on are NEITHER.
     """
     ranges, steps = len(ignored), len(thresholds)
@@ -104,7 +104,7 @@ def match_untaken(
         rank[d] = place
         place += 1
         if rank[d] >= limit:
-            outcome[:, :, d] = NEITHER
+            outcome[d] = NEITHER
             continue
         largest = 0.0
         for j in range(first, last):
@@ -125,10 +125,10 @@ def match_untaken(
                             if ignored[a, t] and free and iou[row[d] + column[t]] >= need:
                                 best, need = j, iou[row[d] + column[t]]
                 if best < 0:
-                    outcome[a, k, d] = NEITHER if outside[a, d] else FALSE
+                    outcome[d, a, k] = NEITHER if outside[a, d] else FALSE
                 else:
                     taken[a, k, best - first] = True
-                    outcome[a, k, d] = NEITHER if ignored[a, truth_order[best]] else HIT
+                    outcome[d, a, k] = NEITHER if ignored[a, truth_order[best]] else HIT
 
 
 @numba.njit(cache=True)
@@ -159,60 +159,62 @@ def match_pairs(iou: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
 
 
 @numba.njit(cache=True)
-def accumulate101(
+def accumulate(
     order: IntArray,
     class_start: IntArray,
     outcome: NDArray[np.int8],
     rank: IntArray,
     truths: IntArray,
     limits: IntArray,
+    levels: FloatArray,
     ap: FloatArray,
     recall: FloatArray,
 ) -> None:
-    """AP by the 101-point rule and recall, for every range, threshold and class, as COCO rounds them.
+    """AP by sampling the envelope, and recall, for every range, threshold and class, as COCO rounds them.
 
-    order: (n,) detections by class, then by descending score; class_start: (K + 1,). outcome: (A, T, D). rank: (D,).
-    truths: (A, K) that count. limits: (M,) ascending. ap: (A, T, K) and recall: (A, M, T, K), NaN where none count.
+    order: (n,) detections by class, then by descending score; class_start: (K + 1,). outcome: (D, A, T). rank: (D,).
+    truths: (A, K) that count. limits: (M,). levels: the sampled recalls, which must come from numpy's linspace: the
+    compiled one rounds otherwise. ap: (A, T, K) and recall: (A, M, T, K) are written, NaN where no truth counts.
     """
-    ranges, steps = outcome.shape[0], outcome.shape[1]
+    cells = outcome.shape[1] * outcome.shape[2]
+    outcomes = outcome.reshape(len(outcome), cells)
+    aps = ap.reshape(cells, -1)
     longest = 0
     for c in range(len(class_start) - 1):
         longest = max(longest, class_start[c + 1] - class_start[c])
-    reached, precision = np.empty(longest), np.empty(longest)
+    precision = np.empty((cells, longest))
+    tp, fp = np.empty(cells, np.int64), np.empty(cells, np.int64)
+    hits = np.empty((len(limits), cells), np.int64)
     tiny = np.spacing(1.0)
-    levels = np.linspace(0.0, 1.0, 101)
-    hits = np.zeros(len(limits), dtype=np.int64)
     for c in range(len(class_start) - 1):
-        for a in range(ranges):
+        tp[:], fp[:], hits[:] = 0, 0, 0
+        for i in range(class_start[c], class_start[c + 1]):
+            d = order[i]
+            for x in range(cells):
+                if outcomes[d, x] == FALSE:
+                    fp[x] += 1
+                elif outcomes[d, x] == HIT:
+                    # only here can the envelope step: between hits precision falls
+                    tp[x] += 1
+                    precision[x, tp[x] - 1] = tp[x] / (float(fp[x] + tp[x]) + tiny)
+                    for m in range(len(limits)):
+                        hits[m, x] += rank[d] < limits[m]
+        for x in range(cells):
+            a, k = x // outcome.shape[2], x % outcome.shape[2]
             positives = truths[a, c]
-            for k in range(steps):
-                if positives == 0:
-                    ap[a, k, c] = np.nan
-                    recall[a, :, k, c] = np.nan
-                    continue
-                hits[:] = 0
-                tp, fp = 0, 0
-                for i in range(class_start[c], class_start[c + 1]):
-                    d = order[i]
-                    result = outcome[a, k, d]
-                    if result == HIT:
-                        # only here can the envelope step: between hits precision falls
-                        reached[tp] = (tp + 1) / positives
-                        tp += 1
-                        precision[tp - 1] = tp / (float(fp + tp) + tiny)
-                        for m in range(len(limits)):
-                            hits[m] += rank[d] < limits[m]
-                    elif result == FALSE:
-                        fp += 1
-                for m in range(len(limits)):
-                    recall[a, m, k, c] = hits[m] / positives
-                for i in range(tp - 2, -1, -1):
-                    precision[i] = max(precision[i], precision[i + 1])
-                total, i = 0.0, 0
-                for level in levels:
-                    while i < tp and reached[i] < level:
-                        i += 1
-                    if i == tp:
-                        break
-                    total += precision[i]
-                ap[a, k, c] = total / 101.0
+            if positives == 0:
+                aps[x, c] = np.nan
+                recall[a, :, k, c] = np.nan
+                continue
+            for m in range(len(limits)):
+                recall[a, m, k, c] = hits[m, x] / positives
+            for i in range(tp[x] - 2, -1, -1):
+                precision[x, i] = max(precision[x, i], precision[x, i + 1])
+            total, i = 0.0, 0
+            for level in levels:
+                while i < tp[x] and (i + 1) / positives < level:
+                    i += 1
+                if i == tp[x]:
+                    break
+                total += precision[x, i]
+            aps[x, c] = total / len(levels)

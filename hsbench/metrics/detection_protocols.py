@@ -5,7 +5,7 @@ The prose of each, and how they differ, is the specification in ``detection``; h
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,9 +67,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
             False,
             "tests/reference/detection_loop.py, written from the task's definition alone",
         ),
-        Protocol(
-            "voc", (0.25, 0.5), "best", True, None, False, "VoteNet's eval_det and mmdet3d 1.4.0's indoor_eval, run"
-        ),
+        Protocol("voc", (0.25, 0.5), "best", True, None, False, "mmdet3d 1.4.0's indoor_eval, run"),
         Protocol("sunrgbd", (0.25,), "best", False, None, False, "the toolbox's MATLAB functions, run in Octave"),
         Protocol(
             "coco",
@@ -127,7 +125,7 @@ def protocol_named(name: str) -> Protocol:
     return PROTOCOLS[name]
 
 
-def thresholds(protocol: Protocol, iou: float | tuple[float, ...] | list[float] | None) -> tuple[float, ...]:
+def thresholds(protocol: Protocol, iou: float | Sequence[float] | None) -> tuple[float, ...]:
     """The IoU thresholds asked for, or the protocol's own. Raises SchemaError outside 0 < t <= 1."""
     if iou is None:
         return protocol.iou

@@ -6,6 +6,8 @@ works on its own part and its own table. Inputs are checked by the callers.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba
 import numpy as np
 
@@ -69,7 +71,7 @@ def count_three(truth: AnyArray, prediction: AnyArray, mask: AnyArray) -> tuple[
 
 
 @numba.njit(cache=True, nogil=True, inline="always")
-def byte_sum(word: int) -> int:
+def byte_sum(word: Any) -> Any:
     """The sum of a word's eight bytes: even and odd bytes as 16-bit lanes, added up by a multiplication."""
     lanes = (word & np.uint64(0x00FF00FF00FF00FF)) + ((word >> np.uint64(8)) & np.uint64(0x00FF00FF00FF00FF))
     return np.int64((lanes * np.uint64(0x0001000100010001)) >> np.uint64(48))

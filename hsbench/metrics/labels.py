@@ -1,4 +1,4 @@
-"""Checks of label arrays that several metrics share: an error names the array, what was found and the likely mistake."""
+"""Checks of label arrays that several metrics share: errors name the array, what was found, and the likely mistake."""
 
 from __future__ import annotations
 

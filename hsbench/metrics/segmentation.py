@@ -49,6 +49,7 @@ Differences from other scorers
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -59,6 +60,7 @@ from hsbench.metrics.labels import check_labels, out_of_range
 from hsbench.typing import AnyArray, FloatArray, IntArray
 
 MAX_CLASSES = 4096
+CHUNK = 2**20
 MAX_PART = 2**31  # elements a compiled table of uint32 may count
 
 
@@ -131,7 +133,8 @@ def confusion_matrix(
 
     truth, prediction: arrays of one shape, bool or integer labels 0..n_classes-1.
     ignore: label of truth whose pixels do not count; it may be any integer.
-    no_answer: value of the prediction that stands for no class; the matrix then has a last column for it.
+    no_answer: value of the prediction that stands for no class; the matrix then has a last column for it. Either may
+    be one of 0..n_classes-1, which then is no class: its row or column stays 0.
     Returns (n, n) int64, or (n, n + 1) with ``no_answer``. Raises SchemaError for arrays that do not fit and for other
     labels at pixels that count.
     """
@@ -140,8 +143,6 @@ def confusion_matrix(
     check_labels(truth, "truth")
     check_labels(prediction, "prediction", truth.shape)
     table = _table(truth, prediction, n_classes, ignore, no_answer)
-    if ignore is not None and 0 <= ignore < n_classes:
-        table[ignore] = 0
     if table[n_classes + 1].any():
         bad = _codes(truth, n_classes, ignore) == n_classes + 1
         extra = "" if ignore is None else f" or {ignore} (ignore)"
@@ -201,14 +202,14 @@ def score_scenes(
                 f"confusions[{number}] has shape {matrix.shape}; expected {matrices[0].shape} as the first"
             )
     scenes = tuple(score(matrix, absent, classes=classes) for matrix in matrices)
-    pooled = score(np.sum(matrices, axis=0, dtype=np.int64), absent, classes=classes)
+    pooled = score(np.stack(matrices).sum(axis=0), absent, classes=classes)
     values = [scene.mean_iou for scene in scenes]
     return ScenesScore(pooled, scenes, mean_defined(values), sum(value is None for value in values))
 
 
 def mean_iou(counts: AnyArray) -> FloatArray:
     """(..., n * n) flattened confusion matrices -> (...) mean IoU, NaN where undefined: the form for resampling."""
-    n = int(round(np.sqrt(counts.shape[-1])))
+    n = math.isqrt(counts.shape[-1])
     matrices = np.asarray(counts).reshape(*counts.shape[:-1], n, n)
     hits = np.diagonal(matrices, axis1=-2, axis2=-1)
     unions = matrices.sum(axis=-1) + matrices.sum(axis=-2) - hits
@@ -258,17 +259,27 @@ def _table(truth: AnyArray, prediction: AnyArray, n: int, ignore: int | None, no
         table = np.zeros((n + 2, n + 2), dtype=np.int64)
         np.add.at(table, (_codes(values, n, ignore)[:, None], _codes(values, n, no_answer)[None, :]), raw)
         return table
-    first, second = _codes(truth, n, ignore).reshape(-1), _codes(prediction, n, no_answer).reshape(-1)
-    if n + 2 <= 256:
-        return _pair_table(first.astype(np.uint8), second.astype(np.uint8))[: n + 2, : n + 2].copy()
-    return np.bincount(first * (n + 2) + second, minlength=(n + 2) ** 2).reshape(n + 2, n + 2).astype(np.int64)
+    first, second = truth.reshape(-1), prediction.reshape(-1)
+    table = np.zeros((n + 2, n + 2), dtype=np.int64)
+    for start in range(0, len(first), CHUNK):  # codes of a chunk stay in cache
+        part = slice(start, start + CHUNK)
+        t, p = _codes(first[part], n, ignore), _codes(second[part], n, no_answer)
+        if n + 2 <= 256:
+            table += _pair_table(t.astype(np.uint8), p.astype(np.uint8))[: n + 2, : n + 2]
+        else:
+            table += np.bincount(t * (n + 2) + p, minlength=(n + 2) ** 2).reshape(n + 2, n + 2)
+    return table
 
 
 def _codes(values: AnyArray, n: int, special: int | None) -> IntArray:
-    """Labels -> themselves in 0..n-1, n for ``special``, n + 1 for anything else. A valid label is never special."""
-    wide = values.astype(np.int64) if values.dtype != np.uint64 else np.minimum(values, MAX_PART).astype(np.int64)
+    """Labels -> themselves in 0..n-1, n for ``special``, which may be one of these, n + 1 for anything else."""
+    wide = (
+        values.astype(np.int64, copy=False)
+        if values.dtype != np.uint64
+        else np.minimum(values, MAX_PART).astype(np.int64)
+    )
     codes = np.where((wide >= 0) & (wide < n), wide, n + 1)
-    if special is not None and not 0 <= special < n:
+    if special is not None:
         codes[wide == special] = n
     return codes
 

@@ -22,6 +22,9 @@ Bits: TypeAlias = NDArray[np.uint64]
 MAX_HEIGHT_M = 2.0
 """Voxels with their centre above this leave the mask."""
 
+SLACK_M = 1e-9
+"""A centre meant to lie on a limit may miss it by a last bit."""
+
 
 @dataclass(frozen=True)
 class Region:
@@ -98,8 +101,7 @@ class Masks:
 def _height_bands(shape: tuple[int, ...], z_m: tuple[float, ...]) -> tuple[Bits, Bits]:
     """All voxels, and those with centre at 0 < z <= 2 m. Kept, since all episodes of a task share one grid."""
     z = np.asarray(z_m)
-    slack = 1e-9  # a centre meant to lie on a limit may miss it by a last bit
-    band = np.broadcast_to((z > slack) & (z <= MAX_HEIGHT_M + slack), shape)
+    band = np.broadcast_to((z > SLACK_M) & (z <= MAX_HEIGHT_M + SLACK_M), shape)
     return pack(np.ones(shape, dtype=bool)), pack(band)
 
 

@@ -124,6 +124,10 @@ class TruePoseTable:
 
     def __post_init__(self) -> None:
         n = len(self.poses)
+        if self.poses.joints_m is None or (self.poses.joint_state != JointState.TRACKED).any():
+            raise SchemaError(
+                "true_poses lack joints in metres or have one that is not tracked; truth knows every joint"
+            )
         require(self.action, "true_poses.action", (n,), np.uint8)
         if n and self.action.max() > max(Action):
             raise SchemaError(f"true_poses.action holds {self.action.max()}; expected 0..{max(Action)}")

@@ -86,7 +86,7 @@ def rgbd_episode(
     )
     episode_id = f"{dataset}-{unit.number:06d}"
     frames = FrameList()
-    if unit.frames != "none":
+    if unit.renderer is not None:
         noise_seed = int(seeds.rng("depth-noise").integers(2**62))
         stamps = _frame_times(end_ns if unit.frames == "all" else 0, config.frame_rate_hz)
         filming = Filming(scene, life.bodies, true, sensor, unit.renderer, room_lighting(scene))

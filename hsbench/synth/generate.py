@@ -11,11 +11,11 @@ import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from hsbench import __version__
 from hsbench.errors import DataError, HsbenchError
@@ -26,7 +26,7 @@ from hsbench.io.strict_json import read_json
 from hsbench.schema import SCHEMA_VERSION
 from hsbench.schema.categories import CATEGORIES
 from hsbench.synth.recipes import Recipe, Unit, find_recipe
-from hsbench.synth.render import Renderer, open_renderer
+from hsbench.synth.render import Renderer, RendererName, open_renderer, resolve
 from hsbench.synth.seeds import Seeds
 
 LICENCE = "CC-BY-4.0"
@@ -43,7 +43,7 @@ class Job:
     seed: int
     units: tuple[tuple[int, str], ...]
     frames: str = "all"
-    renderer: Literal["auto", "pyrender", "raycast"] = "auto"
+    renderer: RendererName = "auto"
     splits_version: str = "v0"
 
 
@@ -59,6 +59,8 @@ def generate(job: Job, out: Path, workers: int = 1) -> Iterator[str]:
         for unit in units:
             yield from make_unit(job, unit, out)
     else:
+        if job.frames != "none":
+            job = replace(job, renderer=resolve(job.renderer))
         yield from _in_parallel(job, units, out, workers)
     write_index(out)
 
@@ -87,13 +89,13 @@ def make_unit(job: Job, unit: tuple[int, str], out: Path) -> list[str]:
     """Make one unit and return the ids of its episodes. A failure names recipe, seed and scene number."""
     recipe = find_recipe(job.recipe)
     number, split = unit
-    renderer = _renderer(job.renderer)
+    renderer = None if job.frames == "none" else _renderer(job.renderer)
     seeds = Seeds(job.seed).child("scene").child(number)
     made = []
     try:
         for episode in recipe.build(recipe.config, Unit(seeds, number, split, job.frames, renderer)):
             folder = out / EPISODES_FOLDER / episode.episode_id
-            write_episode(folder, episode, f"scene-{number:06d}", split, renderer.name)
+            write_episode(folder, episode, f"scene-{number:06d}", split, None if renderer is None else renderer.name)
             made.append(episode.episode_id)
     except Exception as error:
         where = f"recipe {recipe.name}, seed {job.seed}, scene number {number}"
@@ -109,7 +111,7 @@ def episode_id(recipe_name: str, number: int) -> str:
 
 
 @lru_cache(maxsize=1)
-def _renderer(name: Literal["auto", "pyrender", "raycast"]) -> Renderer:
+def _renderer(name: RendererName) -> Renderer:
     """One renderer a process: closing one ends EGL for all."""
     return open_renderer(name)
 

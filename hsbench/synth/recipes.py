@@ -28,14 +28,15 @@ class Unit:
     """One unit of generation: a scene number and everything its episodes follow from.
 
     seeds: the node of (seed, scene number), the same for every recipe, so that one room can be filmed by several
-    sensors; frames: ``all``, ``reference`` (t0 only) or ``none``.
+    sensors; frames: ``all``, ``reference`` (t0 only) or ``none``: then there is
+    no renderer.
     """
 
     seeds: Seeds
     number: int
     split: str
     frames: str
-    renderer: Renderer
+    renderer: Renderer | None
 
     @property
     def scene_id(self) -> str:

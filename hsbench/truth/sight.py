@@ -50,7 +50,7 @@ def depth_states(grid: VoxelGrid, camera: PinholeCamera, world_T_camera: FloatAr
     margin = surface_margin_m(grid.voxel_m)
     states = np.where(z > depth + margin, VoxelState.OCCLUDED, VoxelState.FREE)
     states[np.abs(z - depth) <= margin] = VoxelState.SURFACE
-    states[depth == 0] = VoxelState.MISSING_DEPTH
+    states[~(depth > 0)] = VoxelState.MISSING_DEPTH
     states[~inside] = VoxelState.OUTSIDE_FOV
     return states.astype(np.uint8)
 

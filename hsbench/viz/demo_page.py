@@ -22,7 +22,9 @@ from hsbench.viz.pictures import (
     SEEN,
     SIT_TINT,
     STAND_TINT,
+    beside,
     depth_picture,
+    fitted,
     footprint,
     instance_picture,
     plan_picture,
@@ -119,6 +121,18 @@ def _episode(item: Shown) -> list[str]:
             ]
         ),
     ]
+
+
+def banner(item: Shown, height_px: int = 420) -> UInt8Array:
+    """One picture that tells the story: a person in the room, the activity seen, and each prediction against truth."""
+    assert item.episode.truth is not None
+    assert item.episode.truth.occupancy is not None
+    occupancy = item.episode.truth.occupancy
+    moments = _moments(item)
+    pictures = [_rgb(item.episode, moments[len(moments) // 2] if moments else 0)]
+    pictures.append(plan_picture(occupancy.grid, item.stand, item.sit, footprint(occupancy)))
+    pictures += [prediction_voxels(occupancy, grid) for grid in item.predictions.values()]
+    return beside([fitted(picture, height_px) for picture in pictures])
 
 
 def _moments(item: Shown) -> list[int]:

@@ -165,3 +165,9 @@ def beside(pictures: Sequence[UInt8Array], gap_px: int = 6) -> UInt8Array:
     for k, picture in enumerate(pictures):
         row += [gap, picture] if k else [picture]
     return np.concatenate(row, axis=1)
+
+
+def fitted(picture: UInt8Array, height_px: int) -> UInt8Array:
+    """A picture scaled to a height."""
+    width_px = round(picture.shape[1] * height_px / picture.shape[0])
+    return np.asarray(cv2.resize(picture, (width_px, height_px), interpolation=cv2.INTER_AREA), dtype=np.uint8)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import ast
 import inspect
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -64,12 +63,12 @@ def test_it_has_splits(name: str) -> None:
 
 
 @recipes
-def test_a_mini_data_set_loads_and_verifies_clean(
-    name: str, made_once: Callable[[str, Callable[[Path], None]], Path]
-) -> None:
+def test_a_mini_data_set_loads_and_verifies_clean(name: str, tmp_path: Path) -> None:
     """Every mini scene with the recipe's own settings; pictures are the business of the shorter tests."""
     job = Job(name, 0, tuple(read_splits(name).numbers("mini")), "none", "raycast")
-    root = made_once(f"mini-{name}", lambda folder: [*generate(job, folder / "data")] and None) / "data"
+    made = list(generate(job, tmp_path / "data"))
+    assert len(made) == len(job.units)
+    root = tmp_path / "data"
     assert verify_files(root) == []
     data = load(root, truth=True)
     assert [(i, s) for i, s in zip(data.scene_ids, (r["split"] for r in data.rows), strict=True)] == sorted(

@@ -1,4 +1,4 @@
-"""The contract of every task: what is asked can be written, read, checked and scored, and its primary metric is there."""
+"""The contract of every task: what is asked can be written, read, checked and scored by its primary metric."""
 
 from __future__ import annotations
 
@@ -12,7 +12,15 @@ from hsbench import load
 from hsbench.errors import HsbenchError
 from hsbench.evaluation.score import score
 from hsbench.io.arrays import npz_bytes, read_npz
-from hsbench.submission import Metadata, Predictions, check, open_submission, prediction_file, write_submission
+from hsbench.submission import (
+    Metadata,
+    Predictions,
+    SubmissionWriter,
+    check,
+    open_submission,
+    prediction_file,
+    write_submission,
+)
 from hsbench.tasks import TASKS, TaskSpec
 from hsbench.tasks.spec import TRACKS
 
@@ -95,8 +103,6 @@ def test_a_prediction_may_be_given_at_every_observation_time(spec: TaskSpec, tmp
     assert names[-1] == prediction_file(spec, "ep-0")
     grids = dict(zip(spec.observation_times_s, templates(spec) * 3, strict=False))
     folder = tmp_path / "s"
-    from hsbench.submission import SubmissionWriter
-
     with SubmissionWriter(folder, spec, metadata(spec, "poses")) as writer:
         for until_s, grid in grids.items():
             writer.add("ep-0", grid, until_s)

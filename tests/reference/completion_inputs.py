@@ -49,3 +49,27 @@ def _scene(which: str, number: int) -> dict[str, np.ndarray]:
         "mapping": np.where(draw(0, 1, 1) == 0, np.arange(label.size).reshape(SHAPE), NO_PIXEL).astype(np.int64),
         "invalid": draw(0, 0, 0, 1).astype(np.uint8),
     }
+
+
+def downsample_blocks() -> np.ndarray:
+    """(16, 24, 16) uint8 labels: blocks of 4 x 4 x 4 with ties, majorities and few or many labels."""
+    raw = np.random.Philox(77).random_raw(16 * 24 * 16).reshape(16, 24, 16) >> np.uint64(33)
+    kind = np.random.Philox(78).random_raw(4 * 6 * 4).reshape(4, 6, 4) >> np.uint64(33)
+    tables = (
+        [0, 255],
+        [0, 0, 0, 255],
+        [0, 255, 255],
+        [0] * 20 + [255] * 20 + [5],
+        [0] * 12 + [7, 9],
+        [3, 7, 36],
+        [255] * 30 + [1, 2],
+        [0],
+    )
+    labels = np.zeros(raw.shape, dtype=np.uint8)
+    for i in np.ndindex(kind.shape):
+        table = np.array(tables[int(kind[i]) % 8])
+        block = tuple(slice(4 * k, 4 * k + 4) for k in i)
+        labels[block] = table[(raw[block] % np.uint64(len(table))).astype(int)]
+        if int(kind[i]) % 8 == 0:  # a tie
+            labels[block] = np.where(np.arange(64).reshape(4, 4, 4) % 2 == 0, 0, 255)
+    return labels

@@ -12,7 +12,7 @@ from hsbench.baselines.occlusion.boundary import Boundary, estimate_boundary
 from hsbench.baselines.occlusion.carve import activity_maps, carve, fill_holes, voxel_states
 from hsbench.baselines.occlusion.config import CarveConfig
 from hsbench.baselines.occlusion.constant import fit_constant
-from hsbench.baselines.occlusion.height_prior import behind_surface, fit
+from hsbench.baselines.occlusion.height_prior import HeightPrior, behind_surface, fit
 from hsbench.baselines.occlusion.shuffle import shuffled_activity
 from hsbench.datasets.dataset import Dataset
 from hsbench.errors import DataError
@@ -106,6 +106,31 @@ def _boundary(episode: Episode) -> Boundary:
 
 
 def _prepare_height_prior(settings: Settings) -> Predictor:
+    prior = _fitted_prior(settings)
+
+    def predict(episode: Episode) -> BoolArray:
+        states = _states(episode)
+        return np.asarray((states == VoxelState.SURFACE) | ((states == VoxelState.OCCLUDED) & _within(prior, episode)))
+
+    return predict
+
+
+def _prepare_carve_prior(settings: Settings) -> Predictor:
+    """What the prior calls solid and nobody walked through: does activity add to what any room has in common?"""
+    prior, carved = _fitted_prior(settings), _prepare_carve(settings)
+
+    def predict(episode: Episode) -> BoolArray:
+        occluded = _states(episode) == VoxelState.OCCLUDED
+        return carved(episode) & (~occluded | _within(prior, episode))
+
+    return predict
+
+
+def _within(prior: HeightPrior, episode: Episode) -> BoolArray:
+    return prior.solid(behind_surface(episode.sensor, GRID, fill_holes(_depth(episode))), GRID)
+
+
+def _fitted_prior(settings: Settings) -> HeightPrior:
     def sample(episode: Episode) -> tuple[np.ndarray, np.ndarray, BoolArray]:
         assert episode.truth is not None
         assert episode.truth.occupancy is not None
@@ -115,16 +140,7 @@ def _prepare_height_prior(settings: Settings) -> Predictor:
         height = np.broadcast_to(GRID.axis_centres(2), GRID.shape)
         return behind[mask], height[mask], truth.solid[mask]
 
-    prior = fit(sample(episode) for episode in _training(settings, "height-prior"))
-
-    def predict(episode: Episode) -> BoolArray:
-        states = _states(episode)
-        behind = behind_surface(episode.sensor, GRID, fill_holes(_depth(episode)))
-        return np.asarray(
-            (states == VoxelState.SURFACE) | ((states == VoxelState.OCCLUDED) & prior.solid(behind, GRID))
-        )
-
-    return predict
+    return fit(sample(episode) for episode in _training(settings, "height-prior"))
 
 
 def _prepare_constant(settings: Settings) -> Predictor:
@@ -168,6 +184,13 @@ METHODS: Mapping[str, Method] = {
             "frames",
             "reference: solid within d behind a surface and below h, fitted on train",
             _prepare_height_prior,
+            needs_train=True,
+        ),
+        Method(
+            "carve-height-prior",
+            "poses+frames",
+            "what the height prior calls solid, less what people walked through",
+            _prepare_carve_prior,
             needs_train=True,
         ),
         Method(

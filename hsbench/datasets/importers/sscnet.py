@@ -17,11 +17,8 @@ from frames prepared without ground truth: no voxel is labelled, and nothing abo
 Labels: 0 empty, 1-36 the classes of ``CLASSES_36``, 255 outside the room or unknown. Voxels outside the field of
 view are 0 within the room. ``ELEVEN_OF_36`` maps to the eleven benchmark classes.
 
-Down-sampling (``downSample.m``, factor 4 gives the benchmark's 60 x 36 x 60 voxels of 0.08 m), per block:
-- more than 95 % of its voxels are 0 or 255: the more frequent of these two, 0 on a tie;
-- else the most frequent label of 1-36, the smallest on a tie; 0 and 255 do not vote.
-The evaluation down-samples the 36 classes, then maps to eleven. Python ports of later work (waterljwant/SSC, LMSCNet,
-MonoScene) give 255 on a tie of 0 and 255, which takes voxels along the room's boundary out of the evaluation.
+The evaluation down-samples the 36 classes by ``downsample_labels`` (``geometry.voxel_labels``, which states the rule),
+factor 4, to 60 x 36 x 60 voxels of 0.08 m, then maps to eleven.
 """
 
 from __future__ import annotations
@@ -37,6 +34,7 @@ from hsbench.errors import DataError, SchemaError
 from hsbench.geometry import transforms
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.grids import VoxelGrid
+from hsbench.geometry.voxel_labels import downsample_labels as downsample_labels
 from hsbench.typing import AnyArray, Float32Array, FloatArray, UInt8Array
 
 CAMERA = PinholeCamera(640, 480, fx_px=518.8579, fy_px=518.8579, cx_px=320.0, cy_px=240.0)
@@ -64,7 +62,6 @@ MAX_FRACTION_BEYOND_DEPTH = 0.1
 HEADER_BYTES = 4 * (3 + 16)
 MAX_VOLUME_BYTES = HEADER_BYTES + 8 * VOXEL_COUNT
 POSE_TOLERANCE = 1e-4
-DOWNSAMPLE_EMPTY_FRACTION = 0.95
 MIN_HORIZONTAL_HEADING = 0.05
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
@@ -167,28 +164,6 @@ def read_frame(depth_png: str | Path, volume_bin: str | Path) -> SscnetFrame:
     if (width, height) != (CAMERA.width_px, CAMERA.height_px):
         raise DataError(f"{depth_png}: {width} x {height} px; expected 640 x 480 (another sensor?)")
     return SscnetFrame(CAMERA, depth_m, read_volume(volume_bin))
-
-
-def downsample_labels(labels: AnyArray, factor: int = 4) -> UInt8Array:
-    """(X, Y, Z) uint8 labels -> (X/factor, Y/factor, Z/factor) uint8, by the rule in this module's docstring.
-
-    Raises SchemaError if the shape is not a multiple of the factor.
-    """
-    if factor < 1 or labels.ndim != 3 or any(side % factor for side in labels.shape):
-        raise SchemaError(f"labels have shape {labels.shape}; expected three multiples of the factor {factor}")
-    nx, ny, nz = (side // factor for side in labels.shape)
-    blocks = labels.reshape(nx, factor, ny, factor, nz, factor).transpose(0, 2, 4, 1, 3, 5).reshape(-1, factor**3)
-    empty, unknown = (blocks == EMPTY).sum(axis=1), (blocks == UNKNOWN).sum(axis=1)
-    result = np.where(empty >= unknown, EMPTY, UNKNOWN).astype(np.uint8)
-    voting = np.flatnonzero(empty + unknown <= DOWNSAMPLE_EMPTY_FRACTION * factor**3)
-    best = np.zeros(len(voting), dtype=np.int64)
-    for label in np.unique(blocks[voting]):
-        if label not in (EMPTY, UNKNOWN):
-            votes = (blocks[voting] == label).sum(axis=1)
-            # Strictly more: labels ascend, so the smallest keeps a tie.
-            result[voting[votes > best]] = label
-            best = np.maximum(best, votes)
-    return result.reshape(nx, ny, nz)
 
 
 def eleven_classes(labels: AnyArray) -> UInt8Array:

@@ -12,7 +12,7 @@ from hsbench.synth.render.base import (
     View,
     Window,
 )
-from hsbench.synth.render.opening import open_renderer, probe
+from hsbench.synth.render.opening import RendererName, open_renderer, probe, resolve
 
 __all__ = [
     "DirectionalLight",
@@ -20,8 +20,10 @@ __all__ = [
     "Mesh",
     "PointLight",
     "Renderer",
+    "RendererName",
     "View",
     "Window",
     "open_renderer",
     "probe",
+    "resolve",
 ]

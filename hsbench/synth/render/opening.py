@@ -35,9 +35,24 @@ def open_renderer(name: RendererName = "auto") -> Renderer:
     try:
         return _open_pyrender()
     except HsbenchError as error:
+        renderer = _open_raycast()
         hint = "" if isinstance(error, MissingExtraError) else f"; for the faster OpenGL renderer {INSTALL_HINT}"
         _warn_once(f"rendering with the ray caster: {error}{hint}")
-        return _open_raycast()
+        return renderer
+
+
+def resolve(name: RendererName) -> RendererName:
+    """The back end that ``open_renderer(name)`` would open, without opening it: for processes that start others.
+
+    Warns once where "auto" becomes raycast.
+    """
+    if name != "auto":
+        return name
+    facts = probe()
+    if facts["egl"]:
+        return "pyrender"
+    _warn_once(f"rendering with the ray caster: {facts['egl_fault']}")
+    return "raycast"
 
 
 def probe() -> dict[str, Any]:

@@ -70,7 +70,12 @@ def test_by_path_and_by_name(rgbd: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_a_split_is_its_rows(rgbd: Path) -> None:
     whole = load(rgbd)
     by_split = {name: load(rgbd, name) for name in ("train", "val", "test-seen", "test-novel")}
-    assert {name: len(data) for name, data in by_split.items()} == {"train": 2, "val": 2, "test-seen": 1, "test-novel": 1}
+    assert {name: len(data) for name, data in by_split.items()} == {
+        "train": 2,
+        "val": 2,
+        "test-seen": 1,
+        "test-novel": 1,
+    }
     assert sorted(i for data in by_split.values() for i in data.episode_ids) == sorted(whole.episode_ids)
     assert set(whole.scene_ids) == {i.replace("rgbd-activity", "scene") for i in whole.episode_ids}
     with pytest.raises(DataError, match="no episode of split 'test'; found test-novel, test-seen, train, val"):

@@ -87,7 +87,9 @@ def test_poses_of_another_frame_or_unit(episode: Episode) -> None:
 def test_poses_of_another_time(episode: Episode) -> None:
     match = episode.truth.poses.match.copy()
     match[match >= 0] = np.roll(match[match >= 0], 1)
-    (fault,) = verify_episode(replace(episode, truth=replace(episode.truth, poses=replace(episode.truth.poses, match=match))))
+    (fault,) = verify_episode(
+        replace(episode, truth=replace(episode.truth, poses=replace(episode.truth.poses, match=match)))
+    )
     assert "true pose of another time" in fault
 
 

@@ -35,7 +35,9 @@ def test_manifests_vouch_for_every_byte(rgbd: Path) -> None:
 
 def test_the_index_says_what_the_units_say(rgbd: Path) -> None:
     rows = read_index(rgbd)
-    assert [r["episode_id"] for r in rows] == [u.name for u in unit_folders(rgbd)] == sorted(u["episode_id"] for u in rows)
+    assert (
+        [r["episode_id"] for r in rows] == [u.name for u in unit_folders(rgbd)] == sorted(u["episode_id"] for u in rows)
+    )
     for row, unit in zip(rows, unit_folders(rgbd), strict=True):
         assert row == json.loads((unit / "index.json").read_text())
         assert row["n_poses"] == pq.read_metadata(unit / "inputs" / "poses.parquet").num_rows

@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -19,8 +20,8 @@ from hsbench.errors import DataError, HsbenchError
 from hsbench.io.splits import read_splits
 from hsbench.synth.generate import Job, generate
 from hsbench.synth.recipes import find_recipe
-from tests.conftest import write_recipe
 
+WriteRecipe = Callable[[Path, dict[str, dict[str, object]]], None]
 ROOT = Path(hsbench.__file__).parents[1]
 UNITS = tuple(read_splits("rgbd-activity").numbers("mini"))
 
@@ -101,7 +102,7 @@ def test_a_finished_run_makes_nothing_again(rgbd_copy: Path, short_recipe: Path)
     assert contents(rgbd_copy) == before
 
 
-KILLER = '''
+KILLER = """
 import os, signal
 from dataclasses import replace
 
@@ -115,7 +116,7 @@ def build(config, unit):
                 return film.patch(index)
             episode = replace(episode, frames=replace(film, patch=patch))
         yield episode
-'''
+"""
 
 
 def test_a_kill_costs_the_unit_under_way_and_no_byte_differs_afterwards(
@@ -173,9 +174,12 @@ def test_a_killed_worker_is_said_and_what_was_finished_stays(short_recipe: Path,
     [({"seed": 1}, "seed"), ({"frames": "none"}, "frames"), ({"splits_version": "v1"}, "splits_version"),
      ({"recipe": "rgbd-activity"}, "recipe_sha256")],
 )  # fmt: skip
-def test_another_data_set_is_not_mixed_in(rgbd_copy: Path, short_recipe: Path, change: dict[str, object], key: str) -> None:
+def test_another_data_set_is_not_mixed_in(
+    rgbd_copy: Path, short_recipe: Path, change: dict[str, object], key: str
+) -> None:
     before = contents(rgbd_copy)
-    job = Job(**{"recipe": str(short_recipe), "seed": 0, "units": UNITS, "frames": "all", "renderer": "raycast", **change})
+    same = {"recipe": str(short_recipe), "seed": 0, "units": UNITS, "frames": "all", "renderer": "raycast"}
+    job = Job(**{**same, **change})
     with pytest.raises(DataError, match=f"holds a data set with {key}"):
         list(generate(job, rgbd_copy))
     assert contents(rgbd_copy) == before
@@ -201,11 +205,11 @@ def test_a_recipe_is_found_by_name_or_by_path(short_recipe: Path, tmp_path: Path
     (renamed / "rgbd-activity.py").rename(renamed / "my-rooms.py")
     (renamed / "README.md").write_text("A data sheet is no part of what decides the bytes.")
     assert find_recipe(str(renamed)).name == "my-rooms"
-    with pytest.raises(DataError, match="'my-romms' is neither a folder nor one of .*rgbd-activity"):
+    with pytest.raises(DataError, match=r"'my-romms' is neither a folder nor one of .*rgbd-activity"):
         find_recipe("my-romms")
 
 
-def test_the_hash_is_that_of_code_and_settings(tmp_path: Path) -> None:
+def test_the_hash_is_that_of_code_and_settings(write_recipe: WriteRecipe, tmp_path: Path) -> None:
     hashes = set()
     for k, text in enumerate(("", "# a remark\n")):
         for name in ("rgbd-activity.py", "config.toml"):
@@ -216,7 +220,7 @@ def test_the_hash_is_that_of_code_and_settings(tmp_path: Path) -> None:
     assert len(hashes) == 3
 
 
-def broken(tmp_path: Path, **files: str | None) -> Path:
+def broken(write_recipe: WriteRecipe, tmp_path: Path, **files: str | None) -> Path:
     folder = tmp_path / "rgbd-activity"
     write_recipe(folder, {"life": {"duration_s": 3.0}})
     for name, text in files.items():
@@ -237,24 +241,29 @@ def broken(tmp_path: Path, **files: str | None) -> Path:
         ({"rgbd_activity__py": "built = 1\n"}, r"has no function build\(config, unit\)"),
     ],
 )
-def test_what_a_recipe_lacks_is_named(tmp_path: Path, files: dict[str, str | None], message: str) -> None:
+def test_what_a_recipe_lacks_is_named(
+    write_recipe: WriteRecipe, tmp_path: Path, files: dict[str, str | None], message: str
+) -> None:
     with pytest.raises(DataError, match=message):
-        find_recipe(str(broken(tmp_path, **files)))
+        find_recipe(str(broken(write_recipe, tmp_path, **files)))
 
 
 @pytest.mark.parametrize("section", ["room", "life", "camera", "poses", "recording"])
-def test_a_misspelt_setting_fails_with_its_name(tmp_path: Path, section: str) -> None:
+def test_a_misspelt_setting_fails_with_its_name(write_recipe: WriteRecipe, tmp_path: Path, section: str) -> None:
     folder = tmp_path / "rgbd-activity"
     write_recipe(folder, {section: {"durration": 3}})
-    with pytest.raises(HsbenchError, match=rf"scene number 0: config section \[{section}\] has unknown keys \['durration'\]"):
+    words = rf"scene number 0: config section \[{section}\] has unknown keys \['durration'\]"
+    with pytest.raises(HsbenchError, match=words):
         list(generate(Job(str(folder), 0, ((0, "train"),), "none", "raycast"), tmp_path / "out"))
     assert list((tmp_path / "out" / "episodes").iterdir()) == []
 
 
-def test_a_failure_of_a_recipe_says_where_and_keeps_its_cause(tmp_path: Path) -> None:
-    folder = broken(tmp_path, rgbd_activity__py="def build(config, unit):\n    raise ZeroDivisionError('x / 0')\n    yield\n")
-    with pytest.raises(RuntimeError, match="recipe rgbd-activity, seed 3, scene number 7: ZeroDivisionError: x / 0") as error:
-        list(generate(Job(str(folder), 3, ((7, "train"),), "none", "raycast"), tmp_path / "out"))
+def test_a_failure_of_a_recipe_says_where_and_keeps_its_cause(write_recipe: WriteRecipe, tmp_path: Path) -> None:
+    code = "def build(config, unit):\n    raise ZeroDivisionError('x / 0')\n    yield\n"
+    job = Job(str(broken(write_recipe, tmp_path, rgbd_activity__py=code)), 3, ((7, "train"),), "none", "raycast")
+    where = "recipe rgbd-activity, seed 3, scene number 7: ZeroDivisionError: x / 0"
+    with pytest.raises(RuntimeError, match=where) as error:
+        list(generate(job, tmp_path / "out"))
     assert isinstance(error.value.__cause__, ZeroDivisionError)
 
 
@@ -264,8 +273,7 @@ def test_a_recipe_may_give_several_episodes_of_a_scene(short_recipe: Path, tmp_p
     shutil.copytree(short_recipe, recipe)
     code = recipe / "rgbd-activity.py"
     code.write_text(
-        code.read_text().replace("def build(", "def _build(")
-        + "\ndef build(config, unit):\n"
+        code.read_text().replace("def build(", "def _build(") + "\ndef build(config, unit):\n"
         "    for episode in _build(config, unit):\n"
         "        yield episode\n"
         "        yield replace(episode, episode_id=episode.episode_id + '-b')\n"

@@ -152,4 +152,4 @@ def test_pictures_full_of_furniture_come_last() -> None:
 def test_a_room_without_a_clear_place_still_gets_a_camera() -> None:
     full = room(RECTANGLE, ((-1, -1, 0), (6, 5, 2.4)))
     pose, _ = place(full, 0)
-    assert np.array_equal(pose[:2, 3], [2.5, 2.0])
+    assert contains(full.room_xy, pose[:2, 3])

@@ -1,4 +1,4 @@
-"""Standing or sitting: hand-made poses, joints that are not tracked, and the running majority against plain counting."""
+"""Standing or sitting: hand-made poses, joints that are not tracked, the running majority against plain counting."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SITTING = {"hip": (0.0, 0.55), "knee": (0.41, 0.52), "ankle": (0.4, 0.1), "foot"
 
 
 def skeleton(legs: dict[str, tuple[float, float]], x: float = 2.0, y: float = 1.0) -> np.ndarray:
-    """(25, 3) a person at (x, y) facing +x, legs as (forward, height) of each joint, the trunk upright above the hips."""
+    """(25, 3) a person at (x, y) facing +x, legs as (forward, height) of each joint, the trunk above the hips."""
     hip = legs["hip"][1]
     rise = {"spine_base": 0, "spine_mid": 0.25, "spine_shoulder": 0.45, "neck": 0.52, "head": 0.68}
     joints = np.zeros((25, 3))
@@ -116,7 +116,9 @@ def test_joints_that_are_not_tracked_move_nothing() -> None:
     poses = [skeleton(STANDING if k % 2 else SITTING, *rng.uniform(-3, 3, 2)) for k in range(40)]
     untracked = rng.random((40, 25)) < 0.4
     wild = np.where(untracked[..., None], rng.uniform(-9, 9, (40, 25, 3)), np.array(poses))
-    inferred, missing = (np.where(untracked, how, JointState.TRACKED) for how in (JointState.INFERRED, JointState.MISSING))
+    inferred, missing = (
+        np.where(untracked, how, JointState.TRACKED) for how in (JointState.INFERRED, JointState.MISSING)
+    )
     a, b = recognise(table(list(wild), inferred), ALONE), recognise(table(poses, missing), ALONE)
     assert len(a.action) > 20
     assert np.array_equal(a.action, b.action)

@@ -99,5 +99,5 @@ def test_axes_and_back(yaw: float, points: list[tuple[float, float]]) -> None:
     assert np.allclose(boundary.to_axes(xy), xy @ turn(yaw), atol=1e-9)
     inside = np.array([[0.0, 0.0], [2.9, 0.4], [-0.9, -1.9]])
     assert boundary.contains(inside @ turn(yaw).T).all()
-    assert not boundary.contains((inside + [4, 0]) @ turn(yaw).T).any()
+    assert not boundary.contains((inside + np.array([4, 0])) @ turn(yaw).T).any()
     assert boundary.contains(boundary.centre)

@@ -66,7 +66,7 @@ def test_answers_nest_as_they_must(rgbd: Path, submissions: dict[str, Path]) -> 
 
 
 def test_true_bodies_free_no_solid(rgbd: Path, submissions: dict[str, Path]) -> None:
-    """Evidence without error: what carve-swept frees is free (but where a body touches), so recall stays near all-solid's."""
+    """Evidence without error: what carve-swept frees is free, but where a body touches."""
     data = load(rgbd, "val", truth=True)
     swept, solid = (answers(submissions[n], data.episode_ids) for n in ("carve-swept", "all-solid"))
     freed = [solid[i] & ~swept[i] for i in data.episode_ids]
@@ -165,7 +165,9 @@ def test_before_anybody_comes_carving_is_all_solid(rgbd: Path, episode: Episode)
 @pytest.mark.parametrize("name", sorted(METHODS))
 def test_a_camera_that_sees_nothing_still_gets_an_answer(rgbd: Path, episode: Episode, name: str) -> None:
     blind = Frame(0, None, np.zeros((120, 160), np.float32))
-    answer = prepared(name, rgbd)(replace(episode, frames=FrameList((blind,)), truth=replace(episode.truth, frames=None)))
+    answer = prepared(name, rgbd)(
+        replace(episode, frames=FrameList((blind,)), truth=replace(episode.truth, frames=None))
+    )
     assert answer.shape == SPEC.grid.shape
     assert answer.dtype == bool
     assert answer.any() == (name == "best-constant")

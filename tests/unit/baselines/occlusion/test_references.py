@@ -141,7 +141,9 @@ def test_no_other_of_the_turns_keeps_more() -> None:
     kept = []
     for k in range(TURNS):
         c, s = np.cos(start + 2 * np.pi * k / TURNS), np.sin(start + 2 * np.pi * k / TURNS)
-        kept.append(int(HERE.contains((other.position - THERE.centre) @ np.array([[c, s], [-s, c]]) + HERE.centre).sum()))
+        kept.append(
+            int(HERE.contains((other.position - THERE.centre) @ np.array([[c, s], [-s, c]]) + HERE.centre).sum())
+        )
     assert len(shuffled.position) == max(kept) > min(kept)
 
 

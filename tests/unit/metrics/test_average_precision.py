@@ -1,0 +1,97 @@
+"""Six AP rules on one curve, by hand in fractions, and what they share."""
+
+from __future__ import annotations
+
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hsbench.metrics.average_precision import RULES
+from hsbench.typing import FloatArray
+
+# five truths; detections right, wrong, right, right, wrong, right
+RECALL = np.array([1, 1, 2, 3, 3, 4]) / 5
+PRECISION = np.array([1 / 1, 1 / 2, 2 / 3, 3 / 4, 3 / 5, 4 / 6])
+# the envelope: 1 up to recall 1/5, 3/4 up to 3/5, 2/3 up to 4/5, then 0
+
+BY_HAND = {
+    "area": F(1, 5) * 1 + F(2, 5) * F(3, 4) + F(1, 5) * F(2, 3),
+    # 0 .1 .2 | .3 .4 .5 | .6 .7 .8 | .9 1: the scorer's .6 is a last bit above 3/5
+    "voc11": (3 * F(1) + 3 * F(3, 4) + 3 * F(2, 3)) / 11,
+    "coco101": (21 * F(1) + 40 * F(3, 4) + 20 * F(2, 3)) / 101,
+    # straight from (1/5, 1) to (1/5, 3/4) to (2/5, 3/4) to (3/5, 3/4) to (3/5, 2/3) to (4/5, 2/3): np.interp takes
+    # the last point of a vertical step, so recall 1/5 has 3/4 and 3/5 has 2/3
+    "av2": (20 * F(1) + 40 * F(3, 4) + 21 * F(2, 3)) / 101,
+    # 1/40 .. 8/40 | .. 23/40 | 24/40 (a last bit above 3/5 there) .. 32/40
+    "kitti40": (8 * F(1) + 15 * F(3, 4) + 9 * F(2, 3)) / 40,
+}
+
+
+def nuscenes_by_hand() -> float:
+    # raw precision, interpolated between (1/5, 1/2), (2/5, 2/3), (3/5, 3/5), (4/5, 2/3); before 1/5 the first, 1
+    points = {20: F(1, 2), 40: F(2, 3), 60: F(3, 5), 80: F(2, 3)}
+    total = F(0)
+    for percent in range(11, 81):
+        if percent < 20:
+            value = F(1)
+        else:
+            low = min(percent // 20 * 20, 60)
+            # on the way from 2/5 to 3/5 the line ends at the first point there, 3/4
+            end = F(3, 4) if low == 40 and percent < 60 else points[low + 20]
+            value = points[low] + (end - points[low]) * F(percent - low, 20)
+        total += max(value - F(1, 10), F(0))
+    return float(total / 90 / F(9, 10))
+
+
+@pytest.mark.parametrize(("rule", "value"), BY_HAND.items())
+def test_by_hand(rule: str, value: F) -> None:
+    assert RULES[rule](RECALL, PRECISION) == pytest.approx(float(value), abs=2e-3 if rule == "av2" else 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rule", "published"),
+    [
+        ("area", 0.6333),
+        ("voc11", 0.6591),
+        ("coco101", 0.6370),
+        ("av2", 0.6337),
+        ("kitti40", 0.6312),
+        ("nuscenes", 0.5063),
+    ],
+)
+def test_numbers_of_the_protocol_table(rule: str, published: float) -> None:
+    assert abs(RULES[rule](RECALL, PRECISION) - published) <= 0.51e-4
+
+
+def test_nuscenes_by_hand() -> None:
+    assert RULES["nuscenes"](RECALL, PRECISION) == pytest.approx(nuscenes_by_hand(), abs=1e-12)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_nothing_found_is_zero(rule: str) -> None:
+    assert RULES[rule](np.zeros(0), np.zeros(0)) == 0.0
+    assert RULES[rule](np.zeros(3), np.zeros(3)) == 0.0
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_all_found_first_is_one(rule: str) -> None:
+    assert RULES[rule](np.arange(1, 8) / 7, np.ones(7)) == pytest.approx(1.0, abs=1e-12)
+
+
+def curve(outcomes: list[bool], missed: int) -> tuple[FloatArray, FloatArray]:
+    tp = np.cumsum(outcomes)
+    return tp / max(int(tp[-1]) + missed, 1), tp / np.arange(1, len(tp) + 1)
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=40), st.integers(0, 5))
+def test_between_zero_and_one_and_a_false_last_detection_costs_nothing_in_the_area(
+    outcomes: list[bool], missed: int
+) -> None:
+    for rule in RULES.values():
+        assert 0.0 <= rule(*curve(outcomes, missed)) <= 1.0 + 1e-12
+    area = RULES["area"]
+    assert area(*curve([*outcomes, False], missed)) == area(*curve(outcomes, missed))
+    assert area(*curve([False, *outcomes], missed)) <= area(*curve(outcomes, missed))
