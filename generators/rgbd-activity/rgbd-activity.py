@@ -27,7 +27,8 @@ def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
     room = settings(RoomConfig, config["room"], "room")
     room = replace(room, templates=even_weights(NOVEL_TEMPLATES if novel else COMMON_TEMPLATES))
     scene = build_scene(unit.scene_id, unit.seeds.child("room"), room, NOVEL_FAMILIES if novel else COMMON_FAMILIES)
-    life = live(scene, unit.seeds.child("life"), settings(LifeConfig, config["life"], "life"))
+    life_config = settings(LifeConfig, config["life"], "life")
+    life = live(scene, unit.seeds.child("life"), life_config)
     camera = settings(CameraConfig, config["camera"], "camera")
     scene_T_episode, sensor = place_rgbd(scene, camera, unit.seeds.rng("rgbd-camera"))
     yield rgbd_episode(
@@ -39,4 +40,5 @@ def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
         sensor,
         settings(PosePreset, config["poses"], "poses"),
         settings(RgbdConfig, config["recording"], "recording"),
+        life_config.duration_s,
     )

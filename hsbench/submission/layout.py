@@ -19,6 +19,9 @@ from hsbench.typing import AnyArray
 METADATA_FILE = "submission.json"
 PREDICTIONS_FOLDER = "predictions"
 
+HEADER_BYTES = 65536
+MISTAKE_FACTOR = 64  # a bit a voxel against eight bytes: an unpacked grid of doubles
+
 
 @dataclass(frozen=True)
 class PredictionFormat:
@@ -35,8 +38,12 @@ class PredictionFormat:
 
     @property
     def max_bytes(self) -> int:
-        """Decompressed bytes a file may have: its arrays where their shapes are fixed, and their headers."""
-        return 65536 + sum(spec.max_bytes for spec in self.arrays.values())
+        """Decompressed bytes a file may have.
+
+        Far more than its arrays need: an honest mistake (floats, an unpacked grid) must get as far as the check of dtype
+        and shape, which looks at headers alone and says what is wrong.
+        """
+        return HEADER_BYTES + MISTAKE_FACTOR * sum(spec.max_bytes for spec in self.arrays.values())
 
 
 class SubmittedTask(Protocol):

@@ -56,15 +56,16 @@ def rgbd_episode(
     sensor: Sensor,
     preset: PosePreset,
     config: RgbdConfig,
+    duration_s: float,
 ) -> Episode:
-    """The episode of an RGB-D camera in a scene (given in its own frame) where a life goes on."""
+    """The episode of an RGB-D camera in a scene (given in its own frame) where a life goes on for ``duration_s``."""
+    end_ns = round(duration_s * NS_PER_S)
     episode_T_scene = invert(scene_T_episode)
     scene = scene_in(episode_T_scene, scene)
     true = poses_in(episode_T_scene, life.poses)
     seeds = unit.seeds.child(dataset)
     solids = [solid for item in scene.objects for solid in item.solids]
     observed, match = observe(true, life.bodies, solids, sensor, preset, seeds.child("observe"))
-    end_ns = int(true.timestamp_ns[-1]) if len(true) else 0
 
     assert isinstance(sensor.camera, PinholeCamera)
     image = ray_image(scene, sensor.camera, sensor.world_T_camera)
@@ -88,7 +89,7 @@ def rgbd_episode(
     frames = FrameList()
     if unit.renderer is not None:
         noise_seed = int(seeds.rng("depth-noise").integers(2**62))
-        stamps = _frame_times(end_ns if unit.frames == "all" else 0, config.frame_rate_hz)
+        stamps = _frame_times(end_ns if unit.frames == "all" else 1, config.frame_rate_hz)
         filming = Filming(scene, life.bodies, true, sensor, unit.renderer, room_lighting(scene))
         frames = _film(filming, stamps, episode_id, noise_seed, config.depth_noise)  # type: ignore[assignment]
     return Episode(episode_id, dataset, sensor, frames, observed, 0, end_ns, truth=truth)
@@ -130,9 +131,9 @@ def _swept(life: Life, poses: PoseTable, grid: VoxelGrid) -> Float32Array:
 
 
 def _frame_times(end_ns: int, rate_hz: float) -> IntArray:
-    """(n,) int64: t0 and then every 1 / rate, up to the end."""
+    """(n,) int64: t0 and then every 1 / rate, before the end."""
     period_ns = round(NS_PER_S / rate_hz)
-    return np.arange(0, end_ns + 1, period_ns, dtype=np.int64)
+    return np.arange(0, end_ns, period_ns, dtype=np.int64)
 
 
 def _film(filming: Filming, stamps: IntArray, episode_id: str, noise_seed: int, noise_preset: str) -> Film:

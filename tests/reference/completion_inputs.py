@@ -1,4 +1,4 @@
-"""Scenes on which the published completion scorers were run; ``tests/data/completion_scorers.json`` holds their answers.
+"""Scenes on which the published completion scorers were run; ``completion_scorers.json`` holds their answers.
 
 A scene holds the arrays each scorer reads, in its own encoding: nothing here comes from hsbench. Bits of a Philox
 generator are fixed for all times, so the scenes are too.

@@ -1,4 +1,4 @@
-"""The foreign completion protocols voxel by voxel, written from the table of protocols alone; slow and plain on purpose.
+"""The foreign completion protocols voxel by voxel, written from the table of protocols alone; slow and plain.
 
 Scenes are those of ``completion_inputs``: every protocol reads its own source's encoding of what the camera saw.
 """

@@ -54,7 +54,8 @@ FAULTS: dict[str, tuple[Callable[[bytes], bytes | None], str]] = {
     "missing episode": (lambda _: None, "missing"),
     "wrong shape": (lambda _: npz(occupied=BITS[:-1]), "shape is (127, 128, 6); expected (128, 128, 6)"),
     "nan": (lambda _: npz(occupied=np.full(BITS.shape[1:], np.nan)), "dtype is float64; expected uint8"),
-    "not packed": (lambda _: npz(occupied=np.zeros((128, 128, 48), bool)), "'occupied.npy'"),
+    "not packed": (lambda _: npz(occupied=np.zeros((128, 128, 48), bool)), "dtype is bool; expected uint8"),
+    "doubles": (lambda _: npz(occupied=np.zeros((128, 128, 48))), "dtype is float64; expected uint8"),
     "wrong dtype": (lambda _: npz(occupied=BITS.astype(bool)), "dtype is bool; expected uint8"),
     "truncated npz": (lambda data: data[: len(data) // 2], "truncated"),
     "object array": (lambda _: npz(occupied=np.array([print, None])), "pickle"),
@@ -114,7 +115,7 @@ def test_every_fault_in_one_run(rgbd: Path, sound: Path, capsys: pytest.CaptureF
     assert len(json.loads(capsys.readouterr().out)["faults"]) == 7
 
 
-@pytest.mark.parametrize("name", ["../../evil.npz", "/tmp/evil.npz", "predictions/../../evil.npz", "a\\..\\evil.npz"])
+@pytest.mark.parametrize("name", ["../../evil.npz", "/evil.npz", "predictions/../../evil.npz", "a\\..\\evil.npz"])
 def test_a_path_that_climbs_out_of_an_archive(
     rgbd: Path, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
@@ -133,7 +134,7 @@ def test_a_path_that_climbs_out_of_an_archive(
     assert len(lines) == 2
     assert "evil.npz" in lines[0]
     assert sorted(tmp_path.rglob("*")) == before
-    assert not Path("/tmp/evil.npz").exists()
+    assert not Path("/evil.npz").exists()
 
 
 @pytest.mark.parametrize(

@@ -41,9 +41,8 @@ def test_same_seed_episode_and_frame_same_values_and_any_other_differ() -> None:
         assert np.mean(a == b) < 0.3
         assert abs(np.corrcoef(a.ravel(), b.ravel())[0, 1]) < 0.06  # four standard errors
     # the parts of the key do not run into each other
-    assert not np.array_equal(
-        add_noise(wall, KINECT, noise_rng(1, "1", 0)), add_noise(wall, KINECT, noise_rng(11, "", 0))
-    )
+    for one, other in (((1, "1", 0), (11, "", 0)), ((0, "ep-1", 10), (0, "ep-11", 0))):
+        assert not np.array_equal(*(add_noise(wall, KINECT, noise_rng(*key)) for key in (one, other)))
 
 
 @pytest.mark.parametrize("distance_m", [1.0, 2.0, 4.0])

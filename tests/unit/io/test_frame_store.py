@@ -236,6 +236,8 @@ ROW = {
         {"depth_mm": bytes(3)},
         {"instance": b""},
         {"mask": b"\x07"},
+        {"mask": b"\x05\x00"},
+        {"mask": b"\x05", "height": 3},  # nine pixels take two bytes
         {"mask": None},
         {"rgb": None},
         {"row": 29, "height": 3},

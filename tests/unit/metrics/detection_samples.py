@@ -25,6 +25,7 @@ def sample2d(
     classes: int = 5,
     false_share: float = 2.0,
     crowd: float = 0.0,
+    difficult: float = 0.0,
     ties: bool = False,
 ) -> tuple[list[Truths], list[Predictions]]:
     """Truths and predictions of ``scenes`` pictures; with ``ties`` scores have two digits."""
@@ -43,9 +44,10 @@ def sample2d(
             Truths(
                 boxes,
                 labels,
-                crowd=rng.random(n) < crowd,
+                rng.random(n) < difficult,
+                rng.random(n) < crowd,
                 # areas of segments are smaller than those of their boxes
-                measure=boxes[:, 2] * boxes[:, 3] * rng.uniform(0.5, 1.0, n),
+                boxes[:, 2] * boxes[:, 3] * rng.uniform(0.5, 1.0, n),
             )
         )
         predictions.append(
@@ -54,6 +56,33 @@ def sample2d(
                 np.round(scores, 2) if ties else scores,
                 np.concatenate([labels_found, rng.integers(0, classes, len(false))]),
             )
+        )
+    return truths, predictions
+
+
+def sample3d(
+    seed: int, scenes: int, classes: int = 3, difficult: float = 0.2, ties: bool = True
+) -> tuple[list[Truths], list[Predictions]]:
+    """Upright boxes in rooms: most objects found, some twice, some nearly nested; and false boxes."""
+    rng = np.random.default_rng(seed)
+
+    def boxes(n: int) -> AnyArray:
+        return np.column_stack(
+            [rng.uniform(0, 4, (n, 2)), rng.uniform(0.3, 1.2, n), rng.uniform(0.4, 1.8, (n, 3)), rng.uniform(-4, 4, n)]
+        )
+
+    truths, predictions = [], []
+    for _ in range(scenes):
+        n = int(rng.integers(0, 9))
+        things = boxes(n)
+        copies = np.repeat(np.arange(n), rng.integers(0, 3, n))
+        found = things[copies] + rng.normal(0, 0.08, (len(copies), 7))
+        found[:, 3:6] = np.maximum(found[:, 3:6], 0.1)
+        all_found = np.concatenate([found, boxes(int(rng.integers(0, 8)))])
+        scores = rng.random(len(all_found))
+        truths.append(Truths(things, rng.integers(0, classes, n), rng.random(n) < difficult))
+        predictions.append(
+            Predictions(all_found, np.round(scores, 1) if ties else scores, rng.integers(0, classes, len(all_found)))
         )
     return truths, predictions
 

@@ -144,28 +144,26 @@ def test_pickled_code_in_a_prediction_never_runs(tmp_path: Path) -> None:
     assert trap.exists()
 
 
-def test_bombs_cost_neither_memory_nor_time(tmp_path: Path) -> None:
+def test_bombs_are_refused_before_they_are_unpacked(tmp_path: Path) -> None:
     zeros = bytes(1 << 20)
     path = as_zip(sound(tmp_path / "s"))
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
         with archive.open("predictions/ep-4.npz", "w") as member:  # 100 MB in one file
             for _ in range(100):
                 member.write(zeros)
-        inner = io.BytesIO()  # 60 MB in an array of a small NPZ
+        inner = io.BytesIO()  # more in one array of a small NPZ than the task lets a file hold
         with zipfile.ZipFile(inner, "w", zipfile.ZIP_DEFLATED) as nested, nested.open("occupied.npy", "w") as member:
-            for _ in range(60):
+            for _ in range(TASK.prediction.max_bytes // len(zeros) + 1):
                 member.write(zeros)
         archive.writestr("predictions/ep-5.npz", inner.getvalue())
     tracemalloc.start()
-    start = time.perf_counter()
     faults = check(path, TASK, [*EPISODES, "ep-4", "ep-5"])
-    took, (_, peak) = time.perf_counter() - start, tracemalloc.get_traced_memory()
+    _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert len(faults) == 2
     assert f"the limit for one file is {reading.MAX_FILE_BYTES}" in faults[0]
     assert "the limit for one file is" in faults[1]
     assert peak < 10 << 20
-    assert took < 2
 
 
 def test_a_forged_size_is_a_fault(tmp_path: Path) -> None:
