@@ -20,6 +20,7 @@ METADATA_FILE = "submission.json"
 PREDICTIONS_FOLDER = "predictions"
 
 HEADER_BYTES = 65536
+MISTAKE_BYTES = 16 << 20
 MISTAKE_FACTOR = 64  # a bit a voxel against eight bytes: an unpacked grid of doubles
 
 
@@ -40,10 +41,11 @@ class PredictionFormat:
     def max_bytes(self) -> int:
         """Decompressed bytes a file may have.
 
-        Far more than its arrays need: an honest mistake (floats, an unpacked grid) must get as far as the check of dtype
+        More than its arrays need: an honest mistake (floats, an unpacked grid) must get as far as the check of dtype
         and shape, which looks at headers alone and says what is wrong.
         """
-        return HEADER_BYTES + MISTAKE_FACTOR * sum(spec.max_bytes for spec in self.arrays.values())
+        right = sum(spec.max_bytes for spec in self.arrays.values())
+        return HEADER_BYTES + max(right, min(MISTAKE_FACTOR * right, MISTAKE_BYTES))
 
 
 class SubmittedTask(Protocol):

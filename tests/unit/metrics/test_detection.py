@@ -302,7 +302,10 @@ SCHEMA_ERRORS: list[tuple[Any, str]] = [
     (lambda: score([ONE], [Predictions(np.ones((1, 7)), np.ones(1))]), "7 columns .* where others have 4"),
     (lambda: score([ONE], [Predictions(line((0, 1)), np.ones(1))], "voc"), "predictions have no labels"),
     (lambda: score([ONE, Truths(line((0, 1)))], [FOUND, FOUND]), "truths of scene 1 have no labels"),
-    (lambda: score([ONE], [Predictions(line((0, -1)), np.ones(1))]), "predictions of scene 0: 2D box 0 .*wrong way round"),
+    (
+        lambda: score([ONE], [Predictions(line((0, -1)), np.ones(1))]),
+        "predictions of scene 0: 2D box 0 .*wrong way round",
+    ),
     (lambda: score([ONE], [FOUND], form="yxyx"), "form 'yxyx' is unknown"),
     (lambda: score([ONE], [FOUND], "voc", limit=3), "only protocol hsbench"),
     (lambda: score([ONE], [FOUND], limit=0), "at least one box"),
