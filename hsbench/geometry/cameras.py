@@ -66,11 +66,7 @@ class PinholeCamera:
 
     def unproject(self, depth_m: AnyArray) -> FloatArray:
         """(height, width) depth in metres -> (height, width, 3) points in the camera frame (depth 0 -> origin)."""
-        if depth_m.shape != (self.height_px, self.width_px):
-            raise SchemaError(
-                f"depth_m has shape {depth_m.shape}; expected ({self.height_px}, {self.width_px}) as the camera says"
-            )
-        return self.rays() * np.asarray(depth_m, dtype=np.float64)[..., None]
+        return _along_rays(self, depth_m)
 
 
 @dataclass(frozen=True)
@@ -110,11 +106,7 @@ class EquirectangularCamera:
 
     def unproject(self, depth_m: AnyArray) -> FloatArray:
         """(height, width) range in metres -> (height, width, 3) points in the camera frame."""
-        if depth_m.shape != (self.height_px, self.width_px):
-            raise SchemaError(
-                f"depth_m has shape {depth_m.shape}; expected ({self.height_px}, {self.width_px}) as the camera says"
-            )
-        return self.rays() * np.asarray(depth_m, dtype=np.float64)[..., None]
+        return _along_rays(self, depth_m)
 
 
 @dataclass(frozen=True)
@@ -155,6 +147,15 @@ def world_T_camera(height_m: float, tilt_rad: float, roll_rad: float = 0.0) -> F
     down = [-s, 0.0, -c]
     forward = [c, 0.0, -s]
     return rigid(np.array([right, down, forward]).T @ rotation_z(roll_rad), (0.0, 0.0, height_m))
+
+
+def _along_rays(camera: PinholeCamera | EquirectangularCamera, depth_m: AnyArray) -> FloatArray:
+    """(h, w, 3) the camera's rays times a depth image of its size. Raises SchemaError for another size."""
+    if depth_m.shape != (camera.height_px, camera.width_px):
+        raise SchemaError(
+            f"depth_m has shape {depth_m.shape}; expected ({camera.height_px}, {camera.width_px}) as the camera says"
+        )
+    return camera.rays() * np.asarray(depth_m, dtype=np.float64)[..., None]
 
 
 def _check_size(width_px: int, height_px: int) -> None:
