@@ -11,7 +11,7 @@ signed by which way the face looks. In the plane the same holds with edges: inte
 corners: a face that grazes z = 1 meets clamp where it is continuous, and one that grazes x = 1 has no projected area
 to lose there. So rounding of a corner by 1e-16 moves a volume by about 1e-16, also where faces coincide.
 
-Rows of prepared boxes: ``boxes.prepared_*``. Everything runs on one thread.
+Rows of prepared boxes: ``boxes._prepared_*``. Each call runs on one thread and lets others run.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from hsbench.geometry.box_hulls import CHAIN, POINTS, hull_area
 from hsbench.typing import FloatArray
 
 INTERSECTION, IOU, GIOU = 0, 1, 2
@@ -28,17 +29,17 @@ ALIGNED_COLUMNS = 7  # centre 3, half size 3, volume
 UPRIGHT_COLUMNS = 10  # centre 3, half size 3, cos yaw, sin yaw, radius of the footprint, volume
 ORIENTED_COLUMNS = 17  # centre 3, half size 3, row-major rotation 9, radius, volume
 
-# where scratch holds a face (4 vertices) and its cuts: a cut emits at most 3 vertices an edge, 4 -> 12 -> 36
+# where scratch holds a face (4 vertices) and its cuts: 3 vertices an edge at most, 4 -> 12 -> 36, and one to overwrite
 FACE = 12
 CUT = FACE + 3 * 4
-CUT_AGAIN = CUT + 3 * 12
-SCRATCH = CUT_AGAIN + 3 * 36
+CUT_AGAIN = CUT + 3 * 13
+SCRATCH = CUT_AGAIN + 3 * 37
 
 
 # ---------------------------------------------------------------- all pairs, or row i with row i
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", nogil=True)
 def fill_aligned(a: FloatArray, b: FloatArray, paired: bool, measure: int, out: FloatArray) -> None:
     """Measure of prepared aligned boxes a (N, 7), b (M, 7) into out (N, M), or (N, 1) where ``paired``."""
     for i in range(len(a)):
@@ -54,11 +55,10 @@ def fill_aligned(a: FloatArray, b: FloatArray, paired: bool, measure: int, out: 
             out[i, j - start] = _measure(common, a[i, 6], b[j, 6], hull, measure)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", nogil=True)
 def fill_upright(a: FloatArray, b: FloatArray, paired: bool, measure: int, out: FloatArray) -> None:
     """Measure of prepared upright boxes a (N, 10), b (M, 10) into out (N, M), or (N, 1) where ``paired``."""
-    points = np.empty((8, 2))
-    chain = np.empty((17, 2))
+    scratch = np.empty((POINTS + CHAIN, 2))
     for i in range(len(a)):
         start, stop = (i, i + 1) if paired else (0, len(b))
         for j in range(start, stop):
@@ -72,14 +72,11 @@ def fill_upright(a: FloatArray, b: FloatArray, paired: bool, measure: int, out: 
             hull = 0.0
             if measure == GIOU:
                 hull = _extent(abs(b[j, 2] - a[i, 2]), a[i, 5], b[j, 5])
-                if is_frame(a, i, b, j, 9):
-                    hull *= _hull_area(a, i, b, j, points, chain)
-                else:
-                    hull *= _hull_area(b, j, a, i, points, chain)
+                hull *= _outline(a, i, b, j, scratch) if is_frame(a, i, b, j, 9) else _outline(b, j, a, i, scratch)
             out[i, j - start] = _measure(common, a[i, 9], b[j, 9], hull, measure)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", nogil=True)
 def fill_oriented(a: FloatArray, b: FloatArray, paired: bool, measure: int, out: FloatArray) -> None:
     """Intersection or IoU of prepared oriented boxes a (N, 17), b (M, 17) into out (N, M), or (N, 1)."""
     work = np.empty(SCRATCH)
@@ -169,6 +166,14 @@ def _footprint(a: FloatArray, i: int, b: FloatArray, j: int) -> float:
 
 
 @numba.njit(cache=True, error_model="numpy")
+def _outline(a: FloatArray, i: int, b: FloatArray, j: int, scratch: FloatArray) -> float:
+    """Area in square metres of the convex hull of the footprints of a[i], the frame, and b[j]."""
+    px, py, c, s = _relative(a, i, b, j)
+    fl, fw, gl, gw = a[i, 3], a[i, 4], b[j, 3], b[j, 4]
+    return hull_area(px / fl, py / fw, c * gl / fl, s * gl / fw, -s * gw / fl, c * gw / fw, scratch) * fl * fw
+
+
+@numba.njit(cache=True, error_model="numpy")
 def _under(x0: float, y0: float, x1: float, y1: float) -> float:
     """Integral of clamp(y, -1, 1) dx along a segment, where |x| <= 1."""
     if (x0 <= -1.0 and x1 <= -1.0) or (x0 >= 1.0 and x1 >= 1.0):
@@ -188,51 +193,11 @@ def _under(x0: float, y0: float, x1: float, y1: float) -> float:
     elif low >= -1.0 and high <= 1.0:
         mean = 0.5 * (low + high)
     else:
-        # the parts below, between and above, weighted by their share: weights add to 1, nothing cancels
+        # the parts below, between and above, by their share. Differences are exact, so brackets matter: near a tie all
+        # three lengths are last bits
         bottom, top = max(low, -1.0), min(high, 1.0)
-        mean = (low - bottom + 0.5 * (top - bottom) * (top + bottom) + high - top) / (high - low)
+        mean = ((low - bottom) + 0.5 * (top - bottom) * (top + bottom) + (high - top)) / (high - low)
     return (xb - xa) * mean
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _hull_area(a: FloatArray, i: int, b: FloatArray, j: int, points: FloatArray, chain: FloatArray) -> float:
-    """Area in square metres of the convex hull of two footprints (Andrew's monotone chain). The rest is scratch."""
-    px, py, c, s = _relative(a, i, b, j)
-    for k in range(8):
-        x, y = 1.0 - 2.0 * (k & 1), 1.0 - (k & 2)
-        if k >= 4:
-            u, v = x * b[j, 3], y * b[j, 4]
-            x, y = (px + c * u - s * v) / a[i, 3], (py + s * u + c * v) / a[i, 4]
-        at = k
-        while at > 0 and (points[at - 1, 0] > x or (points[at - 1, 0] == x and points[at - 1, 1] > y)):
-            points[at] = points[at - 1]
-            at -= 1
-        points[at, 0], points[at, 1] = x, y
-    n = 0
-    for k in range(8):
-        n = _append(chain, n, points[k], 0)
-    lower = n - 1
-    for k in range(6, -1, -1):
-        n = _append(chain, n, points[k], lower)
-    twice = 0.0
-    for k in range(1, n - 1):
-        twice += _turn(chain[0], chain[k], chain[k + 1])
-    return 0.5 * twice * a[i, 3] * a[i, 4]
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _append(chain: FloatArray, n: int, point: FloatArray, start: int) -> int:
-    """Put a point at the end of a left-turning chain that began at ``start``; return its new length."""
-    while n >= start + 2 and _turn(chain[n - 2], chain[n - 1], point) <= 0.0:
-        n -= 1
-    chain[n] = point
-    return n + 1
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
-    """Twice the signed area of a triangle of (2,) corners."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 # ---------------------------------------------------------------- oriented: two boxes in space
@@ -306,24 +271,24 @@ def _under_faces(work: FloatArray, w: int, u: int, v: int) -> float:
     ux, uy, uz, vx, vy, vz = work[u], work[u + 1], work[u + 2], work[v], work[v + 1], work[v + 2]
     if ux * vy == uy * vx:
         return 0.0  # seen edge-on from above: no projected area
-    rx, ry = abs(ux) + abs(vx), abs(uy) + abs(vy)
+    reach_x, reach_y = abs(ux) + abs(vx), abs(uy) + abs(vy)
     total = 0.0
     for side in (1.0, -1.0):
         x, y, z = work[0] + side * work[w], work[1] + side * work[w + 1], work[2] + side * work[w + 2]
-        if abs(x) >= 1.0 + rx or abs(y) >= 1.0 + ry:
+        if abs(x) >= 1.0 + reach_x or abs(y) >= 1.0 + reach_y:
             continue
-        at, n = FACE, 4
         _put(work, FACE, x - ux - vx, y - uy - vy, z - uz - vz)
         _put(work, FACE + 3, x + ux - vx, y + uy - vy, z + uz - vz)
         _put(work, FACE + 6, x + ux + vx, y + uy + vy, z + uz + vz)
         _put(work, FACE + 9, x - ux + vx, y - uy + vy, z - uz + vz)
-        if abs(x) + rx > 1.0:
-            n = _cut(work, at, n, 0, CUT)
+        at, end = FACE, CUT
+        if abs(x) + reach_x > 1.0:
+            end = _cut(work, at, end, 0, CUT)
             at = CUT
-        if abs(y) + ry > 1.0:
-            n = _cut(work, at, n, 1, CUT_AGAIN)
+        if abs(y) + reach_y > 1.0:
+            end = _cut(work, at, end, 1, CUT_AGAIN)
             at = CUT_AGAIN
-        total += side * _under_loop(work, at, n)
+        total += side * _under_loop(work, at, end)
     return total
 
 
@@ -332,86 +297,69 @@ def _put(work: FloatArray, at: int, x: float, y: float, z: float) -> None:
     work[at], work[at + 1], work[at + 2] = x, y, z
 
 
-@numba.njit(cache=True, error_model="numpy")
-def _cut(work: FloatArray, at: int, n: int, axis: int, out: int) -> int:
-    """The part of a closed loop of n vertices with -1 <= coordinate <= 1 on an axis, to ``out``; its length."""
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _cut(work: FloatArray, at: int, stop: int, axis: int, out: int) -> int:
+    """The part of the closed loop of vertices work[at:stop] with -1 <= x (axis 0) or y (axis 1) <= 1, to work[out:];
+    its end there.
+
+    Each edge writes its two crossings and its end point and keeps those that exist: three stores cost less than the
+    branches that would avoid them. Whether one exists is asked of coordinates alone, never of t, which rounds.
+    """
     end = out
-    last = at + 3 * (n - 1)
-    x0 = work[last + axis]
-    for here in range(at, at + 3 * n, 3):
-        x1 = work[here + axis]
-        if x0 < -1.0:
-            if x1 > -1.0:
-                end = _cross(work, last, here, axis, -1.0, end)
-            if x1 > 1.0:
-                end = _cross(work, last, here, axis, 1.0, end)
-        elif x0 > 1.0:
-            if x1 < 1.0:
-                end = _cross(work, last, here, axis, 1.0, end)
-            if x1 < -1.0:
-                end = _cross(work, last, here, axis, -1.0, end)
-        elif x1 > 1.0:
-            if x0 < 1.0:
-                end = _cross(work, last, here, axis, 1.0, end)
-        elif x1 < -1.0 and x0 > -1.0:
-            end = _cross(work, last, here, axis, -1.0, end)
-        if -1.0 <= x1 <= 1.0:
-            _put(work, end, work[here], work[here + 1], work[here + 2])
-            end += 3
-        last, x0 = here, x1
-    return (end - out) // 3
+    if stop == at:
+        return end
+    x0, y0, z0 = work[stop - 3], work[stop - 2], work[stop - 1]
+    for here in range(at, stop, 3):
+        x1, y1, z1 = work[here], work[here + 1], work[here + 2]
+        dx, dy, dz = x1 - x0, y1 - y0, z1 - z0
+        from_, to = (y0, y1) if axis else (x0, x1)
+        per_unit = 1.0 / (to - from_)  # infinite where no crossing exists
+        first = -1.0 if from_ < to else 1.0
+        t = (first - from_) * per_unit
+        _put(work, end, x0 + t * dx, y0 + t * dy, z0 + t * dz)
+        end += 3 if (from_ - first) * (to - first) < 0.0 else 0
+        t = (-first - from_) * per_unit
+        _put(work, end, x0 + t * dx, y0 + t * dy, z0 + t * dz)
+        end += 3 if (from_ + first) * (to + first) < 0.0 else 0
+        _put(work, end, x1, y1, z1)
+        end += 3 if abs(to) <= 1.0 else 0
+        x0, y0, z0 = x1, y1, z1
+    return end
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _cross(work: FloatArray, p: int, q: int, axis: int, limit: float, out: int) -> int:
-    """The point of segment p q at a coordinate strictly between its ends', to ``out``; where the next one goes."""
-    t = (limit - work[p + axis]) / (work[q + axis] - work[p + axis])
-    for k in range(3):
-        work[out + k] = work[p + k] + t * (work[q + k] - work[p + k])
-    work[out + axis] = limit
-    return out + 3
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _under_loop(work: FloatArray, at: int, n: int) -> float:
-    """Integral of clamp(z, -1, 1) dx dy over a loop of n vertices, as a fan of triangles."""
+def _under_loop(work: FloatArray, at: int, stop: int) -> float:
+    """Integral of clamp(z, -1, 1) dx dy over the loop of vertices work[at:stop], as a fan of triangles."""
+    if stop < at + 9:
+        return 0.0
     total = 0.0
     x, y, z = work[at], work[at + 1], work[at + 2]
     px, py, pz = work[at + 3] - x, work[at + 4] - y, work[at + 5]
-    for here in range(at + 6, at + 3 * n, 3):
+    for here in range(at + 6, stop, 3):
         qx, qy, qz = work[here] - x, work[here + 1] - y, work[here + 2]
         total += (px * qy - py * qx) * _mean_clamped(z, pz, qz)
         px, py, pz = qx, qy, qz
     return 0.5 * total
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", inline="always")
 def _mean_clamped(a: float, b: float, c: float) -> float:
-    """Mean of clamp(z, -1, 1) over a triangle with corner heights a, b, c."""
-    low, high = min(a, b, c), max(a, b, c)
-    if low >= 1.0:
-        return 1.0
-    if high <= -1.0:
-        return -1.0
-    mean = (a + b + c) / 3.0
-    if high > 1.0:
-        mean -= _mean_excess(a - 1.0, b - 1.0, c - 1.0)
-    if low < -1.0:
-        mean += _mean_excess(-1.0 - a, -1.0 - b, -1.0 - c)
-    return mean
+    """Mean of clamp(z, -1, 1) over a triangle with corner heights a, b, c: that of z, less what is beyond 1 or -1."""
+    least, most = min(a, b), max(a, b)
+    low, middle, high = min(least, c), max(least, min(most, c)), max(most, c)
+    above = _mean_positive(low - 1.0, middle - 1.0, high - 1.0)
+    below = _mean_positive(-1.0 - high, -1.0 - middle, -1.0 - low)
+    return min(1.0, max(-1.0, (a + b + c) / 3.0 - above + below))
 
 
-@numba.njit(cache=True, error_model="numpy")
-def _mean_excess(a: float, b: float, c: float) -> float:
-    """Mean of max(0, z) over a triangle with corner heights a, b, c, not all <= 0."""
-    if a < b:
-        a, b = b, a
-    if b < c:
-        b, c = c, b
-    if a < b:
-        a, b = b, a
-    if c >= 0.0:
-        return (a + b + c) / 3.0
-    if b <= 0.0:
-        return a * (a / (a - b)) * (a / (a - c)) / 3.0
-    return (a + b + c) / 3.0 - c * (c / (a - c)) * (c / (b - c)) / 3.0
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _mean_positive(low: float, middle: float, high: float) -> float:
+    """Mean of max(0, z) over a triangle with ascending corner heights.
+
+    The corner that lies alone on its side of 0 cuts off a triangle whose mean height times area is p^3 / (3 r).
+    """
+    mostly = middle > 0.0
+    p = min(low, 0.0) if mostly else max(high, 0.0)
+    r = (p - (high if mostly else low)) * (p - middle)
+    alone = p * p * p / max(r, 1e-200)  # p is 0 or at least 1e-16, so r is 0 only where p is
+    return (low + middle + high - alone) / 3.0 if mostly else alone / 3.0

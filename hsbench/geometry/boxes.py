@@ -40,18 +40,20 @@ Differences from other scorers
 
 Cost
 ----
-One thread; a call compiles once a machine and is cached. N x M measures run at once; ``*_pairs`` compare row i with
-row i. ``giou_oriented`` asks Qhull for every hull (about 0.3 ms a pair); everything else is compiled.
+One thread, unless ``iou_oriented`` is given more. A kernel compiles once a machine and is cached. ``*_pairs`` compare
+row i with row i. ``giou_oriented`` asks Qhull for every hull (about 0.3 ms a pair); everything else is compiled.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from hsbench.errors import SchemaError
 from hsbench.geometry import box_overlap
+from hsbench.geometry.box_hulls import hull_volume
 from hsbench.geometry.box_overlap import GIOU, INTERSECTION, IOU
 from hsbench.typing import AnyArray, BoolArray, FloatArray
 
@@ -70,6 +72,7 @@ COLUMNS = {
     UPRIGHT: "centre x y z, size l w h, yaw",
     ORIENTED: "centre x y z, size l w h, row-major rotation",
 }
+_SIGNS = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])
 _FIELDS = ("centre x", "centre y", "centre z", "size l", "size w", "size h")
 
 
@@ -86,9 +89,9 @@ def iou_upright(a: AnyArray, b: AnyArray) -> FloatArray:
     return _measure(a, b, UPRIGHT, IOU)
 
 
-def iou_oriented(a: AnyArray, b: AnyArray) -> FloatArray:
-    """a: (N, 15), b: (M, 15) oriented boxes -> (N, M) IoU."""
-    return _measure(a, b, ORIENTED, IOU)
+def iou_oriented(a: AnyArray, b: AnyArray, *, threads: int = 1) -> FloatArray:
+    """a: (N, 15), b: (M, 15) oriented boxes -> (N, M) IoU. The number of threads never changes the result."""
+    return _measure(a, b, ORIENTED, IOU, threads=threads)
 
 
 def iou_aligned_pairs(a: AnyArray, b: AnyArray) -> FloatArray:
@@ -154,8 +157,7 @@ def corners(boxes: AnyArray) -> FloatArray:
     Corner 4 i + 2 j + k lies on the low (0) or high (1) side i of l, j of w, k of h.
     """
     boxes = as_oriented(boxes)
-    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=np.float64)
-    offsets = signs * (boxes[:, None, 3:6] / 2)
+    offsets = _SIGNS * (boxes[:, None, 3:6] / 2)
     return np.asarray(offsets @ boxes[:, 6:].reshape(-1, 3, 3).transpose(0, 2, 1) + boxes[:, None, :3])
 
 
@@ -194,13 +196,22 @@ def checked(boxes: AnyArray, kind: int | None = None, name: str = "boxes") -> Fl
 # ---------------------------------------------------------------- from rows to kernels
 
 
-def _measure(a: AnyArray, b: AnyArray, kind: int, measure: int, paired: bool = False) -> FloatArray:
+def _measure(a: AnyArray, b: AnyArray, kind: int, measure: int, paired: bool = False, threads: int = 1) -> FloatArray:
     prepared, fill = _KERNELS[kind]
     rows_a, rows_b = prepared(checked(a, kind, "a")), prepared(checked(b, kind, "b"))
     if paired and len(rows_a) != len(rows_b):
         raise SchemaError(f"a has {len(rows_a)} boxes and b {len(rows_b)}; expected pairs (all with all? drop _pairs)")
+    if threads < 1:
+        raise SchemaError(f"threads is {threads}; expected at least 1")
     out = np.empty((len(rows_a), 1 if paired else len(rows_b)))
-    fill(rows_a, rows_b, paired, measure, out)
+    if threads == 1:
+        fill(rows_a, rows_b, paired, measure, out)
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            parts = zip(np.array_split(rows_a, threads), np.array_split(out, threads), strict=True)
+            tasks = [pool.submit(fill, part, rows_b, paired, measure, into) for part, into in parts]
+            for task in tasks:
+                task.result()
     return out[:, 0] if paired else out
 
 
@@ -247,18 +258,14 @@ def _orthonormal(rotations: FloatArray) -> FloatArray:
 
 
 def _hull_volumes(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Prepared a (N, 17), b (M, 17) -> (N, M) volumes of the convex hulls of pairs, by Qhull."""
-    from scipy.spatial import ConvexHull  # a quarter second to import, for this one measure
-
-    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=np.float64)
+    """Prepared a (N, 17), b (M, 17) -> (N, M) volumes of the convex hulls of pairs."""
     out = np.empty((len(a), len(b)))
     for i in range(len(a)):
         for j in range(len(b)):
-            # where the smaller box is the cube [-1, 1]^3, so that a thin one does not look flat to Qhull
             f, g = (a[i], b[j]) if box_overlap.is_frame(a, i, b, j, 16) else (b[j], a[i])
             f_R, g_R = f[6:15].reshape(3, 3), g[6:15].reshape(3, 3)
-            points = ((signs * g[3:6]) @ (f_R.T @ g_R).T + (g[:3] - f[:3]) @ f_R) / f[3:6]
-            out[i, j] = ConvexHull(np.concatenate([signs, points])).volume * f[3:6].prod()
+            g_corners = ((_SIGNS * g[3:6]) @ (f_R.T @ g_R).T + (g[:3] - f[:3]) @ f_R) / f[3:6]
+            out[i, j] = hull_volume(np.concatenate([_SIGNS, g_corners])) * f[3:6].prod()
     return out
 
 
@@ -305,7 +312,7 @@ def _check_rotations(boxes: FloatArray, name: str) -> None:
             f"{name}[{bad[0]}] has a rotation with R R^T off the identity by {error[bad[0]]:.2g};"
             f" expected at most {ORTHONORMAL:g} ({hint})"
         )
-    bad = _first(np.linalg.det(R)[:, None] < 0)
+    bad = _first(np.einsum("ni,ni->n", np.cross(R[:, 0], R[:, 1]), R[:, 2])[:, None] < 0)
     if bad is not None:
         raise SchemaError(
             f"{name}[{bad[0]}] has a rotation of determinant -1; expected +1 (a left-handed frame, or an axis flipped?)"

@@ -28,11 +28,7 @@ def as_xywh(boxes: AnyArray, form: str = "xywh") -> FloatArray:
     wrong = ~np.isfinite(rows).all(axis=1) | ~(rows[:, 2:] > 0).all(axis=1)
     if wrong.any():
         i = int(np.flatnonzero(wrong)[0])
-        hint = (
-            "x1, y1, x2, y2 with x2 < x1, or really x, y, w, h?"
-            if form == "corners"
-            else "corners subtracted the wrong way round?"
-        )
+        hint = "really x, y, w, h?" if form == "corners" else "corners subtracted the wrong way round?"
         raise SchemaError(f"2D box {i} is {boxes[i].tolist()}; expected finite numbers and sizes > 0 ({hint})")
     return rows
 

@@ -32,7 +32,8 @@ Protocols
   all detections, averaged over classes. VoteNet has no difficult truths; given some, the VOC kit's rule holds.
 * ``sunrgbd``: the SUN RGB-D toolbox. A detection whose best truth is difficult does not count; first among equals.
 * ``coco``: AP from 101 points; pycocotools' 12 numbers in ``summary``. Truths that count are preferred to ignored
-  ones; unmatched detections outside an area range do not count in it. ``measure`` is the annotation's area. Last among equals.
+  ones; unmatched detections outside an area range do not count in it. ``measure`` is the annotation's area, default
+  w h. Last among equals.
 * ``omni3d``: Omni3D's 13 numbers; ranges are of depth, both ends inside.
 * ``class-agnostic``: SUN RGB-D ``eval_holisticScencePR``: precision and recall of every scene, then their mean (0 for
   a scene without prediction or without truth, as there); with labels, those of the pairs whose classes agree too.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hsbench.metrics import detection_matching as matching
 from hsbench.metrics.detection_inputs import Inputs
-from hsbench.metrics.detection_order import by_key, class_codes, order_within, rank_within
+from hsbench.metrics.detection_order import by_content, by_key, class_codes, rank_within, stable
 from hsbench.metrics.detection_protocols import Protocol
 from hsbench.metrics.detection_ranking import Ranking
 from hsbench.metrics.detection_results import ClassScore, DetectionScore, RecallRow, mean
@@ -27,12 +27,14 @@ def evaluate(
 ) -> DetectionScore:
     """The score under one of the three protocols; ``detection`` describes them."""
     own = rules.name == "hsbench"
-    order = order_within(-inputs.scores, inputs.detections if own else None)
+    if own:
+        order, truth_order = by_content(inputs.detections, -inputs.scores), by_content(inputs.truths, inputs.difficult)
+    else:
+        order, truth_order = stable(-inputs.scores), np.arange(len(inputs.truths))
     over_limit = 0
     if limit is not None:
         kept = rank_within(inputs.detections.scene[order]) < limit
         order, over_limit = order[kept], int((~kept).sum())
-    truth_order = order_within(None, inputs.truths if own else None, inputs.difficult, len(inputs.truths))
     overall: tuple[ClassScore, ...] = ()
     per_class: tuple[ClassScore, ...] = ()
     tables: tuple[RecallRow, ...] = ()

@@ -1,30 +1,20 @@
-"""Orders and keys of boxes: by score within a scene, by class and scene, by score within a class. All are stable."""
+"""Orders and keys of boxes: by content, by class and scene, by rank among equals. All are stable."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from hsbench.metrics.detection_inputs import Inputs, Rows
-from hsbench.typing import AnyArray, BoolArray, FloatArray, IntArray
+from hsbench.typing import AnyArray, IntArray
 
 
-def order_within(
-    primary: FloatArray | None, rows: Rows | None, flags: BoolArray | None = None, count: int = 0
-) -> IntArray:
-    """(n,) rows ascending by ``primary``; among equals by the boxes' own numbers if ``rows`` is given, else by index.
+def by_content(rows: Rows, first: AnyArray) -> IntArray:
+    """(n,) rows ascending by ``first`` (n,), among equals by scene, then by the boxes' own numbers, then by label.
 
-    With the boxes' numbers (and flags and labels) the order is one of content: shuffling the rows of a scene does not
-    change it. flags: rows with a flag come last.
+    Never by index: shuffling the rows of a scene does not change in which order their contents come.
     """
-    if rows is None:
-        return np.arange(count) if primary is None else stable(primary)
     # lexsort: the last key counts first
-    keys: list[AnyArray] = [rows.labels, *rows.boxes.T[::-1]]
-    if flags is not None:
-        keys.append(flags)
-    if primary is not None:
-        keys += [rows.scene, primary]
-    return np.lexsort(keys)
+    return np.lexsort([rows.labels, *rows.boxes.T[::-1], rows.scene, first])
 
 
 def by_key(order: IntArray, codes: IntArray, scene: IntArray, scenes: int) -> tuple[IntArray, IntArray]:

@@ -32,7 +32,7 @@ class Protocol:
     iou: thresholds. strict: a hit needs IoU > t, else IoU >= t. matching: ``best`` (each detection goes to its
     best truth, taken or not), ``untaken`` (to its best truth that is not taken) or ``pairs`` (1-1, largest IoU
     first, no scores). limit: boxes kept a scene, and a class where ``limit_per_class``. verified_by: what our
-    numbers were compared with that we did not write; None = unverified.
+    numbers were compared with: for a foreign protocol something we did not write; None = unverified.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Protocol:
 
     @property
     def verified(self) -> bool:
-        """Whether a fixture stands behind it that this code did not produce."""
+        """Whether something other than this code stands behind its numbers."""
         return self.verified_by is not None
 
 

@@ -38,15 +38,17 @@ def check_bool(array: AnyArray, name: str, shape: tuple[int, ...] | None = None)
         raise SchemaError(f"{name} has shape {array.shape}; expected {shape}{hint}")
 
 
-def out_of_range(array: AnyArray, name: str, where: AnyArray, n_classes: int, extra: str, option: str) -> SchemaError:
+def out_of_range(
+    array: AnyArray, name: str, where: AnyArray, n_classes: int, extra: str, option: str | None
+) -> SchemaError:
     """The error for the first element of ``where``, a mask of the array's shape.
 
-    extra: what else is allowed. option: the argument that takes a void label, named in the hint.
+    extra: what else is allowed. option: the argument that takes a void label, named in the hint; None = none does.
     """
     first = np.unravel_index(int(np.argmax(where)), array.shape)
     value = int(array[first])
     if value in VOID_HABITS:
-        hint = f" (pixels without a label? pass {option}={value})"
+        hint = f" (pixels without a label? pass {option}={value})" if option else " (only truth may be unlabelled)"
     elif value == n_classes:
         hint = " (labels counted from 1?)"
     else:

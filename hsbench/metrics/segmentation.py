@@ -34,7 +34,7 @@ leaves undefined classes out of the mean and counts them. Other scorers differ; 
 | ``occupancy-for-nuscenes`` | 1 | 1 (it looks at truth only) |
 | ``torchmetrics-mean-iou`` | left out (it prints -1 for the class; None here) | 0 |
 | ``torchmetrics-jaccard`` (macro) | left out, weight 0 | 0 |
-| ``average-precision`` (AV2, nuScenes) | 0 | 0 |
+| ``average-precision`` (the mAP of AV2 and nuScenes, applied to IoU; *unverified*) | 0 | 0 |
 
 Differences from other scorers
 ------------------------------
@@ -68,23 +68,27 @@ MAX_PART = 2**31  # elements a compiled table of uint32 may count
 class AbsentRule:
     """What a class without truth is worth: if it is not predicted either, and if it is.
 
-    None leaves the class out of the mean; ``spoils`` makes the mean undefined instead.
+    None leaves the class out of the mean; ``spoils`` makes the mean undefined instead. verified_by: what the rule was
+    compared with, None = unverified.
     """
 
     unpredicted: float | None
     predicted: float
+    verified_by: str | None
     spoils: bool = False
 
 
+_RUN = "the scorer's own answers, tests/reference/absent_class_scorers.json"
+
 ABSENT_RULES: Mapping[str, AbsentRule] = {
-    "hsbench": AbsentRule(None, 0.0),
-    "cityscapes": AbsentRule(None, 0.0),
-    "scannet": AbsentRule(None, 0.0, spoils=True),
-    "semantic-kitti": AbsentRule(0.0, 0.0),
-    "occupancy-for-nuscenes": AbsentRule(1.0, 1.0),
-    "torchmetrics-mean-iou": AbsentRule(None, 0.0),
-    "torchmetrics-jaccard": AbsentRule(None, 0.0),
-    "average-precision": AbsentRule(0.0, 0.0),
+    "hsbench": AbsentRule(None, 0.0, "defined by hsbench"),
+    "cityscapes": AbsentRule(None, 0.0, "the published example of mmdetection3d; TorchSSC, run"),
+    "scannet": AbsentRule(None, 0.0, _RUN, spoils=True),
+    "semantic-kitti": AbsentRule(0.0, 0.0, _RUN),
+    "occupancy-for-nuscenes": AbsentRule(1.0, 1.0, _RUN),
+    "torchmetrics-mean-iou": AbsentRule(None, 0.0, _RUN),
+    "torchmetrics-jaccard": AbsentRule(None, 0.0, _RUN),
+    "average-precision": AbsentRule(0.0, 0.0, None),
 }
 """Rule names of ``score``; the table in the module's docstring."""
 
@@ -94,7 +98,8 @@ class SegmentationScore:
     """All values of one confusion matrix; None = undefined.
 
     iou, class_accuracy: one value a class. undefined_classes: neither true nor predicted; absent_classes: without
-    truth, predicted or not. Both count among the classes that enter the means.
+    truth, predicted or not. Both count among the classes that enter the means. verified_by: what the rule for absent
+    classes was compared with, None = unverified.
     """
 
     absent: str
@@ -106,6 +111,7 @@ class SegmentationScore:
     mean_class_accuracy: float | None
     undefined_classes: int
     absent_classes: int
+    verified_by: str | None
 
 
 @dataclass(frozen=True)
@@ -186,6 +192,7 @@ def score(confusion: AnyArray, absent: str = "hsbench", *, classes: Sequence[int
         mean_class_accuracy=mean_defined([accuracy[c] for c in chosen]),
         undefined_classes=sum(int(unions[c] == 0) for c in chosen),
         absent_classes=sum(int(rows[c] == 0) for c in chosen),
+        verified_by=rule.verified_by,
     )
 
 

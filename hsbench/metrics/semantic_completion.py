@@ -106,7 +106,7 @@ def score(
     check_labels(prediction, "prediction", truth.shape)
     outside = (prediction < 0) | (prediction >= n)
     if outside.any():
-        raise out_of_range(prediction, "prediction", outside, n, "", "ignored; in truth")
+        raise out_of_range(prediction, "prediction", outside, n, "", None)
     check_state(state, truth.shape, protocol, needed=foreign is None or foreign.needs_state)
     if ignored is not None:
         check_array(ignored, "ignored", truth.shape, np.bool_, "True where a voxel does not count")

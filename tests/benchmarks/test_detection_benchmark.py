@@ -15,13 +15,10 @@ from hsbench.metrics.bootstrap import scene_weights
 from hsbench.metrics.bootstrap_ap import replicate_ap
 from hsbench.metrics.detection import Ranking, score
 from hsbench.typing import FloatArray, IntArray
+from tests.benchmarks.ratios import report
 from tests.unit.metrics.detection_samples import coco_numbers, coco_objects, sample2d
 
 BOOTSTRAP_SCENES, MATCHED, REPLICATES, RERUNS = 500, 100_000, 1000, 40
-
-
-def report(name: str, ours_s: float, theirs_s: float, at_least: float) -> None:
-    print(f"\n{name}: {ours_s:.3f} s against {theirs_s:.2f} s: {theirs_s / ours_s:.0f}x (at least {at_least:g}x)")
 
 
 def test_coco_ap_of_2000_images_and_70k_detections(benchmark: Any) -> None:
@@ -36,7 +33,7 @@ def test_coco_ap_of_2000_images_and_70k_detections(benchmark: Any) -> None:
     got = benchmark.pedantic(score, (truths, predictions, "coco"), rounds=7)
     assert list(got.summary.values()) == pytest.approx(expected, abs=1e-12)
     if benchmark.stats:
-        report("COCO AP, 2000 images, 70k detections, pycocotools", benchmark.stats.stats.median, theirs_s, 40)
+        report("COCO AP, 2000 images, 70k detections", "pycocotools", theirs_s, benchmark.stats.stats.median, 40)
 
 
 def rerun(scenes: list[tuple[FloatArray, IntArray]], truths: IntArray, weights: IntArray) -> float:
@@ -65,4 +62,4 @@ def test_bootstrap_of_ap_over_1e5_matched_detections(benchmark: Any) -> None:
     got = benchmark.pedantic(replicate_ap, (ranking, weights), rounds=5)
     assert got[:RERUNS] == pytest.approx(expected, abs=1e-12)
     if benchmark.stats:
-        report("bootstrap, 1000 replicates of AP over 1e5 detections", benchmark.stats.stats.median, theirs_s, 50)
+        report("bootstrap of AP, 1000 x 1e5 detections", "re-running AP", theirs_s, benchmark.stats.stats.median, 50)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fractions import Fraction as F
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -18,35 +18,35 @@ PRECISION = np.array([1 / 1, 1 / 2, 2 / 3, 3 / 4, 3 / 5, 4 / 6])
 # the envelope: 1 up to recall 1/5, 3/4 up to 3/5, 2/3 up to 4/5, then 0
 
 BY_HAND = {
-    "area": F(1, 5) * 1 + F(2, 5) * F(3, 4) + F(1, 5) * F(2, 3),
+    "area": Fraction(1, 5) * 1 + Fraction(2, 5) * Fraction(3, 4) + Fraction(1, 5) * Fraction(2, 3),
     # 0 .1 .2 | .3 .4 .5 | .6 .7 .8 | .9 1: the scorer's .6 is a last bit above 3/5
-    "voc11": (3 * F(1) + 3 * F(3, 4) + 3 * F(2, 3)) / 11,
-    "coco101": (21 * F(1) + 40 * F(3, 4) + 20 * F(2, 3)) / 101,
+    "voc11": (3 * Fraction(1) + 3 * Fraction(3, 4) + 3 * Fraction(2, 3)) / 11,
+    "coco101": (21 * Fraction(1) + 40 * Fraction(3, 4) + 20 * Fraction(2, 3)) / 101,
     # straight lines; np.interp takes the last point of a vertical step, so recall 1/5 has 3/4 and 3/5 has 2/3
-    "av2": (20 * F(1) + 40 * F(3, 4) + 21 * F(2, 3)) / 101,
+    "av2": (20 * Fraction(1) + 40 * Fraction(3, 4) + 21 * Fraction(2, 3)) / 101,
     # 1/40 .. 8/40 | .. 23/40 | 24/40 (a last bit above 3/5 there) .. 32/40
-    "kitti40": (8 * F(1) + 15 * F(3, 4) + 9 * F(2, 3)) / 40,
+    "kitti40": (8 * Fraction(1) + 15 * Fraction(3, 4) + 9 * Fraction(2, 3)) / 40,
 }
 
 
 def nuscenes_by_hand() -> float:
     # raw precision, interpolated between (1/5, 1/2), (2/5, 2/3), (3/5, 3/5), (4/5, 2/3); before 1/5 the first, 1
-    points = {20: F(1, 2), 40: F(2, 3), 60: F(3, 5), 80: F(2, 3)}
-    total = F(0)
+    points = {20: Fraction(1, 2), 40: Fraction(2, 3), 60: Fraction(3, 5), 80: Fraction(2, 3)}
+    total = Fraction(0)
     for percent in range(11, 81):
         if percent < 20:
-            value = F(1)
+            value = Fraction(1)
         else:
             low = min(percent // 20 * 20, 60)
             # on the way from 2/5 to 3/5 the line ends at the first point there, 3/4
-            end = F(3, 4) if low == 40 and percent < 60 else points[low + 20]
-            value = points[low] + (end - points[low]) * F(percent - low, 20)
-        total += max(value - F(1, 10), F(0))
-    return float(total / 90 / F(9, 10))
+            end = Fraction(3, 4) if low == 40 and percent < 60 else points[low + 20]
+            value = points[low] + (end - points[low]) * Fraction(percent - low, 20)
+        total += max(value - Fraction(1, 10), Fraction(0))
+    return float(total / 90 / Fraction(9, 10))
 
 
 @pytest.mark.parametrize(("rule", "value"), BY_HAND.items())
-def test_by_hand(rule: str, value: F) -> None:
+def test_by_hand(rule: str, value: Fraction) -> None:
     assert RULES[rule](RECALL, PRECISION) == pytest.approx(float(value), abs=1e-12)
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import runpy
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -329,6 +333,14 @@ SCHEMA_ERRORS: list[tuple[Any, str]] = [
 def test_errors_name_the_item_and_guess_the_mistake(call: Any, message: str) -> None:
     with pytest.raises(SchemaError, match=message):
         call()
+
+
+def test_the_page_shows_what_its_example_prints() -> None:
+    docs = Path(__file__).parents[3] / "docs"
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        runpy.run_path(str(docs / "examples" / "score_detections.py"))
+    assert f"```text\n{printed.getvalue()}```" in (docs / "metrics" / "detection.md").read_text("utf-8")
 
 
 def test_importing_hsbench_does_not_compile() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -123,6 +124,19 @@ def test_deleting_everything_scores_zero(protocol: str) -> None:
             assert {(p.precision, p.recall, p.f1, p.pooled_f1) for p in got.pairs} == {(0.0, 0.0, 0.0, 0.0)}
         else:
             assert got.ap == got.ar == 0.0
+
+
+def test_thread_count_changes_nothing() -> None:
+    truths, predictions = sample3d(7, 20)
+    threads = numba.get_num_threads()
+    results = []
+    try:
+        for count in (1, numba.config.NUMBA_NUM_THREADS):
+            numba.set_num_threads(count)
+            results.append([score(truths, predictions, protocol) for protocol in RANKED])
+    finally:
+        numba.set_num_threads(threads)
+    assert results[0] == results[1]
 
 
 def shuffled(

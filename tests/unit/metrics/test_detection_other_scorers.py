@@ -116,8 +116,8 @@ def test_coco_ignores_difficult_truths_as_pycocotools_would_if_it_kept_the_flag(
         def _prepare(self) -> None:
             kept = {a["id"]: a["ignore"] for a in self.cocoGt.dataset["annotations"]}
             super()._prepare()
-            for annotations in self._gts.values():
-                for a in annotations:
+            for here in self._gts.values():
+                for a in here:
                     a["ignore"] = a["ignore"] or kept[a["id"]]
 
     truths, predictions = sample2d(9, 30, classes=3, crowd=0.1, difficult=0.3)

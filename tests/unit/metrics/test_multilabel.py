@@ -45,6 +45,8 @@ def test_counting_takes_views_and_mixed_layouts() -> None:
     assert count(truth, np.asfortranarray(prediction)) == expected
     assert count(truth[::-1, ::-1], prediction[::-1, ::-1]) == expected
     assert count(truth.T, prediction.T) == expected
+    flat = np.concatenate([[True, False, True], truth.ravel()])  # words that start at any byte
+    assert count(flat[3:], prediction.ravel()) == expected
     assert all(type(value) is int for value in (expected.tp, expected.fp, expected.fn, expected.tn))
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -87,6 +90,8 @@ def test_order_chunks_and_memory_layout_change_nothing(seed: int, cut: int) -> N
     assert np.array_equal(parts[0] + parts[1], expected)
     fortran = np.asfortranarray(truth), prediction.repeat(2, axis=1)[:, ::2]
     assert np.array_equal(confusion_matrix(*fortran, 4, 4, no_answer=4), expected)
+    shifted = np.concatenate([[0, 1, 2], truth.ravel()]).astype(np.uint8)[3:]  # words that start at any byte
+    assert np.array_equal(confusion_matrix(shifted, prediction.ravel(), 4, 4, no_answer=4), expected)
     renamed = rng.permutation(4)
     names = np.append(renamed, 4)
     moved = confusion_matrix(names[truth], names[prediction], 4, 4, no_answer=4)
@@ -159,6 +164,16 @@ def test_every_rule_by_hand(rule: str, absent: float | None, predicted: float) -
     assert set(ABSENT_RULES) >= {rule}
 
 
+@pytest.mark.parametrize("which", ["absent", "predicted"])
+def test_the_scorers_own_answers(which: str) -> None:
+    answers = json.loads((Path(__file__).parents[2] / "reference" / "absent_class_scorers.json").read_text())
+    for rule, expected in answers["mean_iou"][which].items():
+        got = score(np.array(answers["matrices"][which]), rule)
+        assert got.mean_iou == (None if expected is None else pytest.approx(expected, abs=1e-7)), rule
+        assert got.verified_by
+    assert score(ABSENT, "average-precision").verified_by is None
+
+
 def test_missing_answers_are_missed_and_nobodys_mistake() -> None:
     truth, prediction = np.array([0, 0, 1, 1]), np.array([0, -1, 1, -1])
     matrix = confusion_matrix(truth, prediction, 2, no_answer=-1)
@@ -225,7 +240,7 @@ def with_value(value: int, dtype: type = np.int64) -> np.ndarray:
         ({"truth": with_value(7)}, "ids of another table?"),
         ({"truth": with_value(7), "ignore": 5}, "expected 0..1 or 5 (ignore)"),
         ({"prediction": with_value(255, np.uint8)}, "prediction holds 255 at [1, 2]; expected 0..1 (pixels without"),
-        ({"prediction": with_value(-1), "ignore": -1}, "pass no_answer=-1?"),
+        ({"prediction": with_value(-1), "ignore": -1}, "pass no_answer=-1)"),
         ({"prediction": np.zeros((3, 2), np.uint8)}, "axes in another order?"),
         ({"prediction": np.zeros((2, 3, 2), np.uint8)}, "take the argmax first"),
         ({"prediction": np.zeros((2, 4), np.uint8)}, "prediction has shape (2, 4); expected (2, 3)"),
