@@ -1,7 +1,7 @@
 """Down-sampling of labelled voxels by the rule of SSCNet, which its data and its evaluation share.
 
-Per block of factor x factor x factor voxels (``downSample.m``, github.com/shurans/sscnet; factor 4 gives the benchmark's
-60 x 36 x 60 voxels of 0.08 m from 240 x 144 x 240 of 0.02 m):
+Per block of factor x factor x factor voxels (``downSample.m``, github.com/shurans/sscnet; factor 4 gives the
+benchmark's 60 x 36 x 60 voxels of 0.08 m from 240 x 144 x 240 of 0.02 m):
 
 - more than 95 % of its voxels are empty (0) or unlabelled (255): the more frequent of these two, ``tie`` on a tie;
 - else the most frequent label of 1..254, the smallest on a tie; 0 and 255 do not vote.

@@ -83,7 +83,7 @@ DEFAULT_VOXEL_M = 0.05
 class CompletionScore:
     """One scene under a protocol: its name, the counts, and their ratios by the protocol's rule (None = undefined).
 
-    verified_by: what a foreign protocol was checked against; None = unverified. hsbench's own say so.
+    verified_by: what the protocol's numbers were checked against; None = unverified.
     """
 
     protocol: str

@@ -71,7 +71,7 @@ def test_planted_feet_do_not_slide() -> None:
     floor = BODY.of_stature(BALL_HEIGHT)
     for foot in ("foot_left", "foot_right"):
         ball = joints[:, J[foot]]
-        planted = (np.abs(ball[:, 2] - floor) < 5e-4)
+        planted = np.abs(ball[:, 2] - floor) < 5e-4
         both = planted[1:] & planted[:-1]
         slide = np.linalg.norm(np.diff(ball[:, :2], axis=0), axis=1)[both]
         assert both.mean() > 0.3
