@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from hsbench.cli.common import ANY_PATH, FOLDER, F
+from hsbench.errors import HsbenchError, SchemaError
 
 
 @click.group(short_help="add entries to a board, show and build it", epilog="Example: hsbench board show --board board")
@@ -21,6 +22,13 @@ def board_option(function: F) -> F:
     )
 
 
+def existing(board: Path) -> Path:
+    """The folder of a board. Raises HsbenchError where there is none."""
+    if not board.is_dir():
+        raise HsbenchError(f"{board} is no folder (make a board with hsbench board add)")
+    return board
+
+
 @command.command(epilog="Example: hsbench board add report.json --board board --name carve --year 2026")
 @click.argument("report", type=ANY_PATH)
 @board_option
@@ -31,9 +39,20 @@ def add(report: Path, board: Path, name: str | None, year: int, replace: bool) -
     """Make an entry of REPORT, self-reported, after checking that its numbers follow from its episodes."""
     from hsbench.evaluation.report import read_report
     from hsbench.leaderboard import Entry, write_entry
+    from hsbench.schema.episode import check_id
 
     value = read_report(report)
-    entry = Entry(name or value.method.method, year, value.method.authors or ("unknown",), "self-reported", value)
+    try:
+        check_id(value.method.method if name is None else name, "name")
+    except SchemaError as error:
+        raise HsbenchError(f"{error} (choose one with --name)") from None
+    entry = Entry(
+        value.method.method if name is None else name,
+        year,
+        value.method.authors or ("unknown",),
+        "self-reported",
+        value,
+    )
     click.echo(f"entry: {write_entry(board, entry, replace=replace)}")
 
 
@@ -46,7 +65,7 @@ def show(board: Path, task_name: str) -> None:
     from hsbench.tasks import task
 
     spec = task(task_name)
-    click.echo(markdown(rank(read_entries(board, spec.name, spec.version))), nl=False)
+    click.echo(markdown(rank(read_entries(existing(board), spec.name, spec.version))), nl=False)
 
 
 @command.command(epilog="Example: hsbench board build --board board --out board.html")
@@ -60,5 +79,5 @@ def build(board: Path, task_name: str, out: Path) -> None:
     from hsbench.tasks import task
 
     spec = task(task_name)
-    write_text(out, html_page(rank(read_entries(board, spec.name, spec.version)), spec.title))
+    write_text(out, html_page(rank(read_entries(existing(board), spec.name, spec.version)), spec.title))
     click.echo(f"board: {out}")

@@ -44,7 +44,7 @@ def command(
     if faults:
         for fault in faults:
             click.echo(f"fault: {fault}", err=True)
-        click.echo(f"{submission}: {len(faults)} faults", err=True)
+        click.echo(f"{submission}: {len(faults)} fault{'s' if len(faults) > 1 else ''}", err=True)
         context.exit(SubmissionError.exit_code)
     click.echo(f"{submission}: {len(dataset)} episodes, no faults")
     click.echo(

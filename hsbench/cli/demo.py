@@ -17,6 +17,7 @@ from hsbench.evaluation.compare import compare
 from hsbench.evaluation.report import write_report
 from hsbench.evaluation.score import score
 from hsbench.io.atomic import write_bytes, write_text
+from hsbench.io.dataset_index import DATASET_FILE
 from hsbench.io.images import encode_png
 from hsbench.io.splits import read_splits
 from hsbench.leaderboard import Entry, html_page, rank, read_entries, write_entry
@@ -39,7 +40,7 @@ METHODS = (
     "carve-swept",
 )
 SHOWN = ("all-solid", "carve")
-AGAINST = ("all-solid", "carve-shuffled", "height-prior")
+AGAINST = ("all-solid", "carve-shuffled", "best-constant", "height-prior")
 YEAR = 2026
 
 
@@ -56,6 +57,8 @@ def demo(out: Path, workers: int, quick: bool = False) -> Iterator[Step]:
     quick: two training and two validation episodes only, and no pictures but the one at t0. A second run goes on with
     what is there.
     """
+    if out.is_dir() and any(out.iterdir()) and not (out / "data" / DATASET_FILE).is_file():
+        raise DataError(f"{out} is not empty and holds no demo; expected a new folder or one that the demo made")
     data, predictions, board = out / "data", out / "predictions", out / "board"
     units = tuple(u for u in read_splits(RECIPE).numbers("mini") if not quick or u[1] in ("train", SPLIT))
     job = Job(RECIPE, 0, units, "reference" if quick else "all")
@@ -113,6 +116,7 @@ def commands() -> list[str]:
         f"hsbench predict carve --data data --split {SPLIT} --out predictions/carve",
         f"hsbench check predictions/carve --task scene-completion --data data --split {SPLIT}",
         f"hsbench score predictions/carve --task scene-completion --data data --split {SPLIT} --out carve.json",
+        "# the same for all-solid, then",
         "hsbench compare carve.json all-solid.json",
         f"hsbench board add carve.json --board board --name carve --year {YEAR}",
         "hsbench board build --board board --out board.html",

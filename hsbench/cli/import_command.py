@@ -46,9 +46,19 @@ def sscnet(depth_png: Path, volume_bin: Path, out: Path, name: str | None) -> No
 @click.option("--out", required=True, type=FOLDER, metavar="DIR", help="Data set folder; episodes are added to it.")
 @click.option("--name", metavar="ID", help="Episode id; default: the file's name.")
 @click.option(
-    "--height", "height_m", type=float, metavar="M", help="Camera height; default: estimated from standing poses."
+    "--height",
+    "height_m",
+    type=click.FloatRange(0, 100),
+    metavar="M",
+    help="Camera height; default: estimated from standing poses.",
 )
-@click.option("--tilt", "tilt_deg", type=float, metavar="DEG", help="Camera tilt downwards; default: estimated.")
+@click.option(
+    "--tilt",
+    "tilt_deg",
+    type=click.FloatRange(-90, 90),
+    metavar="DEG",
+    help="Camera tilt downwards; default: estimated.",
+)
 @click.option(
     "--map", "map_png", type=ANY_PATH, metavar="FILE", help="Also draw the activity map seen from above (PNG)."
 )
@@ -66,6 +76,8 @@ def kinect(
 
     if (height_m is None) != (tilt_deg is None):
         raise click.UsageError("--height and --tilt go together: give both, or neither to have them estimated")
+    if map_png is not None and (map_png.suffix != ".png" or map_png.exists()):
+        raise click.UsageError(f"--map {map_png}: expected a new file that ends in .png")
     recording = read_kinect_csv(recording_csv)
     if height_m is None or tilt_deg is None:
         height_m, tilt_rad = estimate_camera(recording)

@@ -91,6 +91,9 @@ def run(arguments: list[str] | None = None) -> int:
     except (BrokenPipeError, SystemExit):  # the reader of our output went away: `hsbench tasks | head -1`; click exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:  # a full disk, a read-only place, a file where a folder should be
+        click.echo(f"error: {error.filename or 'output'}: {error.strerror or error}", err=True)
+        return USER_MISTAKE
     return code if isinstance(code, int) else 0  # click gives back what a command handed to context.exit
 
 

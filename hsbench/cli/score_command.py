@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from hsbench.cli.common import ANY_PATH, data_option, interval, json_option, number, print_json
+from hsbench.errors import HsbenchError
 
 
 @click.command(
@@ -34,6 +35,8 @@ def command(
     from hsbench.evaluation.score import score
     from hsbench.tasks import task
 
+    if out is not None:
+        _refuse_other_file(out)
     report = score(submission, task(task_name), load(data, split, frames=False), allow_missing=allow_missing)
     if out is not None:
         write_report(out, report)
@@ -52,3 +55,14 @@ def command(
     if out is not None:
         click.echo(f"report: {out}")
         click.echo(f"next: hsbench board add {out} --board DIR --year YEAR   or   hsbench compare {out} OTHER.json")
+
+
+def _refuse_other_file(out: Path) -> None:
+    """Raise HsbenchError if ``out`` is there and no report: only a report is overwritten."""
+    from hsbench.evaluation.report import read_report
+
+    if out.exists():
+        try:
+            read_report(out)
+        except HsbenchError:
+            raise HsbenchError(f"{out} is there and no report; choose another --out") from None

@@ -19,8 +19,8 @@ def command(context: click.Context, data: Path, as_json: bool) -> None:
     from hsbench.datasets.dataset import load
     from hsbench.datasets.verify import verify_episode, verify_files
 
-    faults = verify_files(data)
     episodes = load(data, truth=True)
+    faults = verify_files(data)
     for index in progress(range(len(episodes)), len(episodes), "verify"):
         try:
             faults += verify_episode(episodes[index])

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, overload
 
-from hsbench.errors import DataError
+from hsbench.errors import DataError, SchemaError
 from hsbench.io.checksums import sha256_file
 from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, MANIFEST_FILE, read_index
+from hsbench.io.depth_noise import preset
 from hsbench.io.episodes import read_episode
 from hsbench.io.strict_json import read_json
 from hsbench.schema.episode import Episode
@@ -42,6 +43,8 @@ class Dataset(Sequence[Episode]):
     def __getitem__(self, index: slice) -> Dataset: ...
     def __getitem__(self, index: int | slice) -> Episode | Dataset:
         """An episode, or with a slice a smaller data set."""
+        if isinstance(index, str):
+            raise TypeError(f"episodes are indexed by number; for an id use data.episode({index!r})")
         if isinstance(index, slice):
             return replace(self, rows=self.rows[index])
         return self._read(self.rows[index])
@@ -83,7 +86,10 @@ class Dataset(Sequence[Episode]):
 
     def _read(self, row: dict[str, Any]) -> Episode:
         folder = self.root / EPISODES_FOLDER / row["episode_id"]
-        episode = read_episode(folder, truth=self.truth, frames=self.frames, depth_noise=self.depth_noise)
+        try:
+            episode = read_episode(folder, truth=self.truth, frames=self.frames, depth_noise=self.depth_noise)
+        except DataError as error:
+            raise DataError(f"{error} (hsbench verify lists all that is damaged)") from error
         return episode if self.until_s is None else episode.until(self.until_s)
 
 
@@ -102,6 +108,10 @@ def load(
     frames: False leaves pictures out. depth_noise: a preset in place of the recorded one (``none`` is an oracle).
     Raises DataError if there is no such data set, or the split has no episode in it.
     """
+    if until_s is not None and not (isinstance(until_s, int | float) and until_s >= 0):
+        raise SchemaError(f"until_s is {until_s!r}; expected seconds >= 0")
+    if depth_noise is not None:
+        preset(depth_noise)
     root = _find(name_or_path)
     rows = read_index(root)
     if split is not None:

@@ -10,6 +10,7 @@ from hsbench.datasets.dataset import Dataset
 from hsbench.errors import DataError
 from hsbench.evaluation.completion import score_completion
 from hsbench.evaluation.report import DatasetRef, Report
+from hsbench.io.dataset_index import verify_unit
 from hsbench.schema.occupancy import OccupancyTruth
 from hsbench.submission.check import check_or_raise
 from hsbench.submission.layout import METADATA_FILE
@@ -43,6 +44,9 @@ def score(submission: str | Path, spec: TaskSpec, data: Dataset, *, allow_missin
 
 def _truths(data: Dataset) -> Iterator[tuple[str, str, OccupancyTruth]]:
     """(episode_id, scene_id, occupancy truth) of every episode, one at a time."""
+    for episode_id in data.episode_ids:
+        if faults := verify_unit(data.root, episode_id, "truth/"):
+            raise DataError(f"{faults[0]}; a score on it would be of other data (hsbench verify lists every fault)")
     for row, episode in zip(data.rows, replace(data, truth=True, frames=False), strict=True):
         truth = None if episode.truth is None else episode.truth.occupancy
         if truth is None:

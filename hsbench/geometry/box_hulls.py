@@ -1,31 +1,90 @@
-"""Convex hulls of two boxes, for GIoU: an area in the plane (compiled) and a volume in space (Qhull).
+"""What just holds two boxes, for GIoU: an aligned box, an upright prism over a convex outline, or a convex hull.
 
-As in ``box_overlap`` one box is the frame and becomes the square or cube [-1, 1]; hulls do not mind an affine map, and
-thin boxes then do not look flat.
+Outlines are compiled; hulls in space are Qhull's. Swapping the boxes gives the same volumes, bit for bit.
 """
 
 from __future__ import annotations
 
 import numba
+import numpy as np
 
 from hsbench.typing import FloatArray
 
 POINTS, CHAIN = 8, 17
-"""Rows of scratch that ``hull_area`` needs: the corners in order, and the chain around them with what it drops."""
+"""Rows of scratch for an outline: the corners in order, and the chain around them with what it drops."""
+
+
+def aligned(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Aligned boxes a (N, 6), b (M, 6) -> (N, M) volumes of the smallest aligned boxes that hold both."""
+    size_a, size_b = a[:, None, 3:], b[None, :, 3:]
+    reach = (size_a + size_b) / 2 + np.abs(a[:, None, :3] - b[None, :, :3])
+    return np.asarray(np.maximum(np.maximum(size_a, size_b), reach).prod(axis=2))
+
+
+def upright(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Upright boxes a (N, 7), b (M, 7) -> (N, M) volumes of the smallest upright prisms that hold both."""
+    outlines = np.empty((len(a), len(b)))
+    _fill_outlines(a, np.cos(a[:, 6]), np.sin(a[:, 6]), b, np.cos(b[:, 6]), np.sin(b[:, 6]), outlines)
+    height_a, height_b = a[:, None, 5], b[None, :, 5]
+    reach = (height_a + height_b) / 2 + np.abs(a[:, None, 2] - b[None, :, 2])
+    return np.asarray(outlines * np.maximum(np.maximum(height_a, height_b), reach))
+
+
+def oriented(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Oriented boxes a (N, 15), b (M, 15), rotations orthonormal -> (N, M) volumes of their convex hulls."""
+    from scipy.spatial import ConvexHull  # a quarter second to import, for one measure
+
+    signs = np.array([[i, j, k] for i in (-1.0, 1.0) for j in (-1.0, 1.0) for k in (-1.0, 1.0)])
+    hulls = np.empty((len(a), len(b)))
+    for i in range(len(a)):
+        for j in range(len(b)):
+            # in coordinates where one box is the cube [-1, 1]^3, so that a thin one does not look flat; a total order
+            # of rows chooses which, the smaller if they differ
+            f, g = sorted((a[i], b[j]), key=lambda box: (box[3:6].prod(), *box))
+            f_R, g_R, f_half = f[6:].reshape(3, 3), g[6:].reshape(3, 3), f[3:6] / 2
+            g_corners = ((signs * g[3:6] / 2) @ (f_R.T @ g_R).T + (g[:3] - f[:3]) @ f_R) / f_half
+            hulls[i, j] = ConvexHull(np.concatenate([signs, g_corners])).volume * f_half.prod()
+    return hulls
 
 
 @numba.njit(cache=True, error_model="numpy")
-def hull_area(px: float, py: float, ux: float, uy: float, vx: float, vy: float, scratch: FloatArray) -> float:
-    """Area of the hull of [-1, 1]^2 and the parallelogram of centre p and half axes u, v (Andrew's monotone chain)."""
-    for k in range(POINTS):
-        x, y = 1.0 - 2.0 * (k & 1), 1.0 - (k & 2)
-        if k >= 4:
-            x, y = px + x * ux + y * vx, py + x * uy + y * vy
-        at = k
-        while at > 0 and (scratch[at - 1, 0] > x or (scratch[at - 1, 0] == x and scratch[at - 1, 1] > y)):
-            scratch[at] = scratch[at - 1]
+def _fill_outlines(
+    a: FloatArray,
+    cos_a: FloatArray,
+    sin_a: FloatArray,
+    b: FloatArray,
+    cos_b: FloatArray,
+    sin_b: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Areas of the convex hulls of two footprints each, (N, M) (Andrew's monotone chain)."""
+    scratch = np.empty((POINTS + CHAIN, 2))
+    for i in range(len(a)):
+        for j in range(len(b)):
+            # about the middle of the two, which does not depend on their order
+            x, y = 0.5 * (a[i, 0] + b[j, 0]), 0.5 * (a[i, 1] + b[j, 1])
+            _insert_corners(scratch, 0, a[i, 0] - x, a[i, 1] - y, a[i, 3], a[i, 4], cos_a[i], sin_a[i])
+            _insert_corners(scratch, 4, b[j, 0] - x, b[j, 1] - y, b[j, 3], b[j, 4], cos_b[j], sin_b[j])
+            out[i, j] = _outline_area(scratch)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _insert_corners(
+    points: FloatArray, n: int, x: float, y: float, length: float, width: float, c: float, s: float
+) -> None:
+    """Insert a rectangle's corners into n points that are sorted by x, then y."""
+    for k in range(4):
+        u, v = (0.5 - (k & 1)) * length, (0.5 - (k >> 1)) * width
+        px, py = x + c * u - s * v, y + s * u + c * v
+        at = n + k
+        while at > 0 and (points[at - 1, 0] > px or (points[at - 1, 0] == px and points[at - 1, 1] > py)):
+            points[at] = points[at - 1]
             at -= 1
-        scratch[at, 0], scratch[at, 1] = x, y
+        points[at, 0], points[at, 1] = px, py
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _outline_area(scratch: FloatArray) -> float:
     chain = scratch[POINTS:]
     n = 0
     for k in range(POINTS):
@@ -52,10 +111,3 @@ def _append(chain: FloatArray, n: int, point: FloatArray, start: int) -> int:
 def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
     """Twice the signed area of a triangle of (2,) corners."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def hull_volume(points: FloatArray) -> float:
-    """(P, 3) points -> volume of their convex hull, by Qhull."""
-    from scipy.spatial import ConvexHull  # a quarter second to import, for one measure
-
-    return float(ConvexHull(points).volume)

@@ -11,7 +11,7 @@ signed by which way the face looks. In the plane the same holds with edges: inte
 corners: a face that grazes z = 1 meets clamp where it is continuous, and one that grazes x = 1 has no projected area
 to lose there. So rounding of a corner by 1e-16 moves a volume by about 1e-16, also where faces coincide.
 
-Rows of prepared boxes: ``boxes._prepared_*``. Each call runs on one thread and lets others run.
+Rows of prepared boxes are what ``boxes._prepared_*`` say. Each call runs on one thread and lets others run.
 """
 
 from __future__ import annotations
@@ -19,15 +19,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from hsbench.geometry.box_hulls import CHAIN, POINTS, hull_area
 from hsbench.typing import FloatArray
-
-INTERSECTION, IOU, GIOU = 0, 1, 2
-"""What a kernel writes: common volume in cubic metres, its ratio to the union, or that less the hull's empty share."""
-
-ALIGNED_COLUMNS = 7  # centre 3, half size 3, volume
-UPRIGHT_COLUMNS = 10  # centre 3, half size 3, cos yaw, sin yaw, radius of the footprint, volume
-ORIENTED_COLUMNS = 17  # centre 3, half size 3, row-major rotation 9, radius, volume
 
 # where scratch holds a face (4 vertices) and its cuts: 3 vertices an edge at most, 4 -> 12 -> 36, and one to overwrite
 FACE = 12
@@ -40,25 +32,24 @@ SCRATCH = CUT_AGAIN + 3 * 37
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
-def fill_aligned(a: FloatArray, b: FloatArray, paired: bool, measure: int, out: FloatArray) -> None:
-    """Measure of prepared aligned boxes a (N, 7), b (M, 7) into out (N, M), or (N, 1) where ``paired``."""
+def fill_aligned(a: FloatArray, b: FloatArray, paired: bool, ratio: bool, out: FloatArray) -> None:
+    """Prepared aligned boxes a (N, 7), b (M, 7): IoU, or common volume unless ``ratio``, into out (N, M), or (N, 1)
+    of row i with row i where ``paired``.
+    """
     for i in range(len(a)):
         start, stop = (i, i + 1) if paired else (0, len(b))
         for j in range(start, stop):
             common = 1.0
-            hull = 1.0
             for k in range(3):
-                gap = abs(b[j, k] - a[i, k])
-                overlap = _overlap(gap, a[i, 3 + k], b[j, 3 + k])
-                common *= overlap
-                hull *= _extent(gap, a[i, 3 + k], b[j, 3 + k])
-            out[i, j - start] = _measure(common, a[i, 6], b[j, 6], hull, measure)
+                common *= _overlap(abs(b[j, k] - a[i, k]), a[i, 3 + k], b[j, 3 + k])
+            out[i, j - start] = _measure(common, a[i, 6], b[j, 6], ratio)
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
-def fill_upright(a: FloatArray, b: FloatArray, paired: bool, measure: int, out: FloatArray) -> None:
-    """Measure of prepared upright boxes a (N, 10), b (M, 10) into out (N, M), or (N, 1) where ``paired``."""
-    scratch = np.empty((POINTS + CHAIN, 2))
+def fill_upright(a: FloatArray, b: FloatArray, paired: bool, ratio: bool, out: FloatArray) -> None:
+    """Prepared upright boxes a (N, 10), b (M, 10): IoU, or common volume unless ``ratio``, into out (N, M), or (N, 1)
+    of row i with row i where ``paired``.
+    """
     for i in range(len(a)):
         start, stop = (i, i + 1) if paired else (0, len(b))
         for j in range(start, stop):
@@ -69,16 +60,12 @@ def fill_upright(a: FloatArray, b: FloatArray, paired: bool, measure: int, out: 
                 height = _overlap(abs(b[j, 2] - a[i, 2]), a[i, 5], b[j, 5])
                 if height > 0.0:
                     common = height * (_footprint(a, i, b, j) if is_frame(a, i, b, j, 9) else _footprint(b, j, a, i))
-            hull = 0.0
-            if measure == GIOU:
-                hull = _extent(abs(b[j, 2] - a[i, 2]), a[i, 5], b[j, 5])
-                hull *= _outline(a, i, b, j, scratch) if is_frame(a, i, b, j, 9) else _outline(b, j, a, i, scratch)
-            out[i, j - start] = _measure(common, a[i, 9], b[j, 9], hull, measure)
+            out[i, j - start] = _measure(common, a[i, 9], b[j, 9], ratio)
 
 
 @numba.njit(cache=True, error_model="numpy", nogil=True)
-def fill_oriented(a: FloatArray, b: FloatArray, paired: bool, measure: int, out: FloatArray) -> None:
-    """Intersection or IoU of prepared oriented boxes a (N, 17), b (M, 17) into out (N, M), or (N, 1)."""
+def fill_oriented(a: FloatArray, b: FloatArray, paired: bool, ratio: bool, out: FloatArray) -> None:
+    """Prepared oriented boxes a (N, 17), b (M, 17): as ``fill_upright``."""
     work = np.empty(SCRATCH)
     for i in range(len(a)):
         start, stop = (i, i + 1) if paired else (0, len(b))
@@ -91,19 +78,13 @@ def fill_oriented(a: FloatArray, b: FloatArray, paired: bool, measure: int, out:
                     common = _common_volume(a, i, b, j, work)
                 else:
                     common = _common_volume(b, j, a, i, work)
-            out[i, j - start] = _measure(common, a[i, 16], b[j, 16], 0.0, measure)
+            out[i, j - start] = _measure(common, a[i, 16], b[j, 16], ratio)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _measure(common: float, volume_a: float, volume_b: float, hull: float, measure: int) -> float:
+def _measure(common: float, volume_a: float, volume_b: float, ratio: bool) -> float:
     common = min(common, volume_a, volume_b)
-    if measure == INTERSECTION:
-        return common
-    union = volume_a + volume_b - common
-    if measure == IOU:
-        return common / union
-    hull = max(hull, union)
-    return common / union - (hull - union) / hull
+    return common / (volume_a + volume_b - common) if ratio else common
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -123,12 +104,6 @@ def is_frame(a: FloatArray, i: int, b: FloatArray, j: int, volume: int) -> bool:
 def _overlap(gap: float, half_a: float, half_b: float) -> float:
     """Common length of two intervals whose centres are ``gap`` apart: no coordinate, so nothing to cancel."""
     return max(0.0, min(2.0 * half_a, 2.0 * half_b, half_a + half_b - gap))
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _extent(gap: float, half_a: float, half_b: float) -> float:
-    """Length of the smallest interval that holds both."""
-    return max(2.0 * half_a, 2.0 * half_b, half_a + half_b + gap)
 
 
 # ---------------------------------------------------------------- upright: two rectangles
@@ -163,14 +138,6 @@ def _footprint(a: FloatArray, i: int, b: FloatArray, j: int) -> float:
     # counter-clockwise, so the area is minus the integral of clamp(y) dx
     area = -(_under(x0, y0, x1, y1) + _under(x1, y1, x2, y2) + _under(x2, y2, x3, y3) + _under(x3, y3, x0, y0))
     return max(0.0, area) * fl * fw
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _outline(a: FloatArray, i: int, b: FloatArray, j: int, scratch: FloatArray) -> float:
-    """Area in square metres of the convex hull of the footprints of a[i], the frame, and b[j]."""
-    px, py, c, s = _relative(a, i, b, j)
-    fl, fw, gl, gw = a[i, 3], a[i, 4], b[j, 3], b[j, 4]
-    return hull_area(px / fl, py / fw, c * gl / fl, s * gl / fw, -s * gw / fl, c * gw / fw, scratch) * fl * fw
 
 
 @numba.njit(cache=True, error_model="numpy")

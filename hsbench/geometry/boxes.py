@@ -52,9 +52,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry import box_overlap
-from hsbench.geometry.box_hulls import hull_volume
-from hsbench.geometry.box_overlap import GIOU, INTERSECTION, IOU
+from hsbench.geometry import box_hulls, box_overlap
 from hsbench.typing import AnyArray, BoolArray, FloatArray
 
 ALIGNED, UPRIGHT, ORIENTED = 6, 7, 15
@@ -81,66 +79,62 @@ _FIELDS = ("centre x", "centre y", "centre z", "size l", "size w", "size h")
 
 def iou_aligned(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 6), b: (M, 6) aligned boxes -> (N, M) IoU. Raises SchemaError for invalid boxes, as all here do."""
-    return _measure(a, b, ALIGNED, IOU)
+    return _measure(a, b, ALIGNED)
 
 
 def iou_upright(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 7), b: (M, 7) upright boxes -> (N, M) IoU."""
-    return _measure(a, b, UPRIGHT, IOU)
+    return _measure(a, b, UPRIGHT)
 
 
 def iou_oriented(a: AnyArray, b: AnyArray, *, threads: int = 1) -> FloatArray:
     """a: (N, 15), b: (M, 15) oriented boxes -> (N, M) IoU. The number of threads never changes the result."""
-    return _measure(a, b, ORIENTED, IOU, threads=threads)
+    return _measure(a, b, ORIENTED, threads=threads)
 
 
 def iou_aligned_pairs(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 6), b: (N, 6) aligned boxes -> (N,) IoU of row i with row i."""
-    return _measure(a, b, ALIGNED, IOU, paired=True)
+    return _measure(a, b, ALIGNED, paired=True)
 
 
 def iou_upright_pairs(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 7), b: (N, 7) upright boxes -> (N,) IoU of row i with row i."""
-    return _measure(a, b, UPRIGHT, IOU, paired=True)
+    return _measure(a, b, UPRIGHT, paired=True)
 
 
 def iou_oriented_pairs(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 15), b: (N, 15) oriented boxes -> (N,) IoU of row i with row i."""
-    return _measure(a, b, ORIENTED, IOU, paired=True)
+    return _measure(a, b, ORIENTED, paired=True)
 
 
 def giou_aligned(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 6), b: (M, 6) aligned boxes -> (N, M) GIoU (Rezatofighi et al., CVPR 2019); C is an aligned box."""
-    return _measure(a, b, ALIGNED, GIOU)
+    return _giou(checked(a, ALIGNED, "a"), checked(b, ALIGNED, "b"), box_hulls.aligned)
 
 
 def giou_upright(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 7), b: (M, 7) upright boxes -> (N, M) GIoU; C is an upright prism."""
-    return _measure(a, b, UPRIGHT, GIOU)
+    return _giou(checked(a, UPRIGHT, "a"), checked(b, UPRIGHT, "b"), box_hulls.upright)
 
 
 def giou_oriented(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 15), b: (M, 15) oriented boxes -> (N, M) GIoU; C is the convex hull."""
-    a, b = checked(a, ORIENTED, "a"), checked(b, ORIENTED, "b")
-    common = _measure(a, b, ORIENTED, INTERSECTION)
-    union = volumes(a)[:, None] + volumes(b) - common
-    hull = np.maximum(_hull_volumes(_prepared_oriented(a), _prepared_oriented(b)), union)
-    return np.asarray(common / union - (hull - union) / hull)
+    return _giou(as_oriented(checked(a, ORIENTED, "a")), as_oriented(checked(b, ORIENTED, "b")), box_hulls.oriented)
 
 
 def intersection_aligned(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 6), b: (M, 6) aligned boxes -> (N, M) common volume in cubic metres."""
-    return _measure(a, b, ALIGNED, INTERSECTION)
+    return _measure(a, b, ALIGNED, ratio=False)
 
 
 def intersection_upright(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 7), b: (M, 7) upright boxes -> (N, M) common volume in cubic metres."""
-    return _measure(a, b, UPRIGHT, INTERSECTION)
+    return _measure(a, b, UPRIGHT, ratio=False)
 
 
 def intersection_oriented(a: AnyArray, b: AnyArray) -> FloatArray:
     """a: (N, 15), b: (M, 15) oriented boxes -> (N, M) common volume in cubic metres."""
-    return _measure(a, b, ORIENTED, INTERSECTION)
+    return _measure(a, b, ORIENTED, ratio=False)
 
 
 # ---------------------------------------------------------------- single boxes
@@ -196,7 +190,10 @@ def checked(boxes: AnyArray, kind: int | None = None, name: str = "boxes") -> Fl
 # ---------------------------------------------------------------- from rows to kernels
 
 
-def _measure(a: AnyArray, b: AnyArray, kind: int, measure: int, paired: bool = False, threads: int = 1) -> FloatArray:
+def _measure(
+    a: AnyArray, b: AnyArray, kind: int, ratio: bool = True, paired: bool = False, threads: int = 1
+) -> FloatArray:
+    """IoU, or common volume unless ``ratio``: (N, M), or (N,) where ``paired``."""
     prepared, fill = _KERNELS[kind]
     rows_a, rows_b = prepared(checked(a, kind, "a")), prepared(checked(b, kind, "b"))
     if paired and len(rows_a) != len(rows_b):
@@ -205,14 +202,21 @@ def _measure(a: AnyArray, b: AnyArray, kind: int, measure: int, paired: bool = F
         raise SchemaError(f"threads is {threads}; expected at least 1")
     out = np.empty((len(rows_a), 1 if paired else len(rows_b)))
     if threads == 1:
-        fill(rows_a, rows_b, paired, measure, out)
+        fill(rows_a, rows_b, paired, ratio, out)
     else:
         with ThreadPoolExecutor(threads) as pool:
             parts = zip(np.array_split(rows_a, threads), np.array_split(out, threads), strict=True)
-            tasks = [pool.submit(fill, part, rows_b, paired, measure, into) for part, into in parts]
+            tasks = [pool.submit(fill, part, rows_b, paired, ratio, into) for part, into in parts]
             for task in tasks:
                 task.result()
     return out[:, 0] if paired else out
+
+
+def _giou(a: FloatArray, b: FloatArray, hulls: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
+    common = _measure(a, b, a.shape[1], ratio=False)
+    union = a[:, 3:6].prod(axis=1)[:, None] + b[:, 3:6].prod(axis=1) - common
+    hull = np.maximum(hulls(a, b), union)
+    return np.asarray(common / union - (hull - union) / hull)
 
 
 def _prepared_aligned(boxes: FloatArray) -> FloatArray:
@@ -255,18 +259,6 @@ def _orthonormal(rotations: FloatArray) -> FloatArray:
     for _ in range(2):
         R = R @ (1.5 * np.eye(3) - 0.5 * R.transpose(0, 2, 1) @ R)
     return R.reshape(-1, 9)
-
-
-def _hull_volumes(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Prepared a (N, 17), b (M, 17) -> (N, M) volumes of the convex hulls of pairs."""
-    out = np.empty((len(a), len(b)))
-    for i in range(len(a)):
-        for j in range(len(b)):
-            f, g = (a[i], b[j]) if box_overlap.is_frame(a, i, b, j, 16) else (b[j], a[i])
-            f_R, g_R = f[6:15].reshape(3, 3), g[6:15].reshape(3, 3)
-            g_corners = ((_SIGNS * g[3:6]) @ (f_R.T @ g_R).T + (g[:3] - f[:3]) @ f_R) / f[3:6]
-            out[i, j] = hull_volume(np.concatenate([_SIGNS, g_corners])) * f[3:6].prod()
-    return out
 
 
 # ---------------------------------------------------------------- checks

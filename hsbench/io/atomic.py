@@ -121,6 +121,8 @@ def _json_fault(obj: Any, where: str) -> str | None:
 
 
 def _sibling(target: Path) -> Path:
+    if not target.name:
+        raise DataError(f"{target} cannot be written: it has no name of its own (give one)")
     return target.with_name(f".{target.name}.{secrets.token_hex(6)}.part")
 
 

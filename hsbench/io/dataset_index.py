@@ -55,6 +55,25 @@ def write_index(root: Path) -> None:
     write_json(root / MANIFEST_FILE, hashes)
 
 
+def is_indexed(root: Path) -> bool:
+    """Whether index and manifest are there and list exactly the units that are there."""
+    if not ((root / INDEX_FILE).is_file() and (root / MANIFEST_FILE).is_file()):
+        return False
+    return sorted(row["episode_id"] for row in read_index(root)) == [unit.name for unit in unit_folders(root)]
+
+
+def verify_unit(root: Path, episode_id: str, part: str) -> list[str]:
+    """Every fault of an episode's files under ``part`` (such as ``truth/``) against the manifests."""
+    unit = root / EPISODES_FOLDER / episode_id
+    path = unit / MANIFEST_FILE
+    listed = read_json(root / MANIFEST_FILE)
+    if listed.get(f"{EPISODES_FOLDER}/{episode_id}/{MANIFEST_FILE}") != sha256_file(path):
+        return [f"{path} has changed since the data set was made"]
+    wanted = {name: digest for name, digest in read_json(path).items() if name.startswith(part)}
+    changed = (name for name, digest in wanted.items() if sha256_file(unit / name) != digest)
+    return [f"{unit / name} has changed since it was made" for name in changed]
+
+
 def read_index(root: Path) -> list[dict[str, Any]]:
     """The rows of the index. Raises DataError where it is missing, damaged or lacks a column."""
     path = root / INDEX_FILE

@@ -7,9 +7,12 @@ from pathlib import Path
 
 from hsbench.errors import DataError, SubmissionError
 from hsbench.io.arrays import collect_npz
+from hsbench.io.dataset_index import DATASET_FILE
 from hsbench.submission.layout import METADATA_FILE, PREDICTIONS_FOLDER, SubmittedTask, prediction_file
 from hsbench.submission.metadata import read_metadata
 from hsbench.submission.read import SubmissionFiles, open_submission
+
+FORM = "; expected"  # a fault of an array's dtype or shape says so
 
 
 def check(
@@ -20,6 +23,8 @@ def check(
     path: a folder or a zip. episode_ids: the episodes of the split. allow_missing: an episode without prediction is
     then no fault (the scorer counts it as the task's missing answer).
     """
+    if (Path(path) / DATASET_FILE).is_file():
+        return [f"{path} is a data set, not a submission (are the two arguments swapped?)"]
     try:
         with open_submission(path) as files:
             return _faults(files, task, episode_ids, allow_missing)
@@ -85,4 +90,5 @@ def _prediction_faults(files: SubmissionFiles, name: str, task: SubmittedTask) -
     except DataError as error:
         return [str(error)]
     _, faults = collect_npz(data, task.prediction.arrays, task.prediction.max_bytes)
-    return [f"{name}: {fault}" for fault in faults]
+    hint = f" ({task.prediction.hint})" if task.prediction.hint else ""
+    return [f"{name}: {fault}{hint if FORM in fault else ''}" for fault in faults]

@@ -36,6 +36,7 @@ class PredictionFormat:
     arrays: Mapping[str, ArraySpec]
     encode: Callable[[Any], dict[str, AnyArray]] = field(compare=False)
     decode: Callable[[Mapping[str, AnyArray]], Any] = field(compare=False)
+    hint: str = ""
 
     @property
     def max_bytes(self) -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from hsbench.errors import SchemaError, SubmissionError
+from hsbench.errors import DataError, SchemaError, SubmissionError
 from hsbench.io.arrays import npz_bytes
 from hsbench.io.atomic import atomic_folder, json_bytes
 from hsbench.schema.episode import check_id
@@ -29,6 +29,8 @@ class SubmissionWriter:
         _, faults = read_metadata(encoded, task)
         if faults:
             raise SubmissionError(faults)
+        if replace:
+            refuse_foreign(path)
         self._open = ExitStack()
         self._folder = self._open.enter_context(atomic_folder(path, replace=replace))
         (self._folder / METADATA_FILE).write_bytes(encoded)
@@ -65,6 +67,16 @@ class SubmissionWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._open.__exit__(kind, error, trace)
+
+
+def refuse_foreign(path: str | Path) -> None:
+    """Raise DataError unless ``path`` is free, or a submission and nothing else, which may be replaced."""
+    place = Path(path)
+    if not place.exists():
+        return
+    ours = {METADATA_FILE, PREDICTIONS_FOLDER}
+    if not place.is_dir() or not (place / METADATA_FILE).is_file() or {p.name for p in place.iterdir()} - ours:
+        raise DataError(f"{place} is no submission, or holds other things too; only a submission is replaced")
 
 
 def write_submission(

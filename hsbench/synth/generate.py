@@ -7,21 +7,25 @@ units under way; running the same command again makes what is missing.
 from __future__ import annotations
 
 import os
+import shutil
 import signal
+import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from hsbench import __version__
 from hsbench.errors import DataError, HsbenchError
 from hsbench.io.atomic import write_json
-from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, write_index
+from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, is_indexed, write_index
 from hsbench.io.episodes import write_episode
+from hsbench.io.locks import sole_writer
 from hsbench.io.strict_json import read_json
 from hsbench.schema import SCHEMA_VERSION
 from hsbench.schema.categories import CATEGORIES
@@ -30,6 +34,7 @@ from hsbench.synth.render import Renderer, RendererName, open_renderer, resolve
 from hsbench.synth.seeds import Seeds
 
 LICENCE = "CC-BY-4.0"
+PARENT_CHECK_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -53,36 +58,70 @@ def generate(job: Job, out: Path, workers: int = 1) -> Iterator[str]:
     Raises DataError if ``out`` holds another data set: another recipe, seed, or choice of frames.
     """
     recipe = find_recipe(job.recipe)
-    _open_dataset(out, job, recipe)
     units = [u for u in job.units if not (out / EPISODES_FOLDER / episode_id(recipe.name, u[0])).is_dir()]
-    if workers <= 1 or len(units) <= 1:
-        for unit in units:
-            yield from make_unit(job, unit, out)
-    else:
-        if job.frames != "none":
-            job = replace(job, renderer=resolve(job.renderer))
-        yield from _in_parallel(job, units, out, workers)
-    write_index(out)
+    workers = min(workers, len(units))
+    if units:  # before anything is written: where nothing can draw, nothing is left behind
+        job = replace(job, renderer=_choose_renderer(job, out))
+    _open_dataset(out, job, recipe)
+    if units:
+        with sole_writer(out):
+            _remove_leftovers(out)
+            yield from _in_parallel(job, units, out, workers) if workers > 1 else _in_turn(job, units, out)
+            write_index(out)
+    elif not is_indexed(out):
+        write_index(out)
+
+
+def _choose_renderer(job: Job, out: Path) -> RendererName:
+    """The renderer of this run: for ``auto`` the one that a data set begun earlier was drawn by."""
+    if job.frames == "none":
+        return "auto"
+    begun = read_json(out / DATASET_FILE).get("renderer") if (out / DATASET_FILE).is_file() else None
+    return resolve(begun if job.renderer == "auto" and begun in ("pyrender", "raycast") else job.renderer)
+
+
+def _in_turn(job: Job, units: Sequence[tuple[int, str]], out: Path) -> Iterator[str]:
+    for unit in units:
+        yield from make_unit(job, unit, out)
 
 
 def _in_parallel(job: Job, units: Sequence[tuple[int, str]], out: Path, workers: int) -> Iterator[str]:
-    pool = ProcessPoolExecutor(min(workers, len(units)), mp_context=get_context("spawn"), initializer=_start_worker)
+    others = set(active_children())
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_start_worker)
     try:
         futures = [pool.submit(make_unit, job, unit, out) for unit in units]
         for future in as_completed(futures):
             yield from future.result()
     except BrokenProcessPool as error:
         raise DataError(f"a worker died (out of memory?); {out} is whole: run the same command again") from error
+    except (KeyboardInterrupt, GeneratorExit):
+        for process in set(active_children()) - others:  # who stops us does not want to wait for units under way
+            process.terminate()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+        _remove_leftovers(out)
 
 
 def _start_worker() -> None:
-    """Ctrl-C is the parent's business: a worker finishes its unit. One thread draws: software GL threads of several
-    processes slow each other down (measured on two cores: two workers gave 1.5x with them, 2.0x without).
+    """Ctrl-C is the parent's business, and without a parent there is none. One thread draws: software GL threads of
+    several processes slow each other down (measured on two cores: two workers gave 1.5x with them, 2.0x without).
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.setdefault("LP_NUM_THREADS", "0")
+    Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(PARENT_CHECK_S)
+    os._exit(1)
+
+
+def _remove_leftovers(out: Path) -> None:
+    """Remove what killed runs left half made; the caller is the only writer."""
+    for folder in (out / EPISODES_FOLDER).glob(".*.part"):
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def make_unit(job: Job, unit: tuple[int, str], out: Path) -> list[str]:
@@ -126,14 +165,15 @@ def _open_dataset(out: Path, job: Job, recipe: Recipe) -> None:
         "seed": job.seed,
         "splits_version": job.splits_version,
         "frames": job.frames,
+        "renderer": None if job.frames == "none" else job.renderer,
         "licence": LICENCE,
         "categories": [asdict(c) for c in CATEGORIES],
     }
     path = out / DATASET_FILE
     if path.exists():
         found = read_json(path)
-        for key in ("name", "recipe_sha256", "seed", "splits_version", "frames", "schema_version"):
-            if found.get(key) != description[key]:
+        for key in ("name", "recipe_sha256", "seed", "splits_version", "frames", "schema_version", "renderer"):
+            if found.get(key) != description[key] and (key, description[key]) != ("renderer", "auto"):
                 raise DataError(
                     f"{out} holds a data set with {key} {found.get(key)!r}; this run has {description[key]!r} "
                     "(choose another --out, or remove the folder)"

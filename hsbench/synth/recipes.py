@@ -74,7 +74,9 @@ def find_recipe(name_or_path: str) -> Recipe:
     code, config = folder / f"{name}.py", folder / "config.toml"
     for path in (code, config):
         if not path.is_file():
-            raise DataError(f"recipe {name} has no {path.name} in {folder}")
+            raise DataError(
+                f"recipe {name} has no {path.name} in {folder} (a recipe has {name}.py, config.toml, README.md)"
+            )
     digest = hashlib.sha256()
     for path in (code, config, *_engine_files()):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")

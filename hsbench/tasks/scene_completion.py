@@ -46,6 +46,7 @@ SCENE_COMPLETION = TaskSpec(
         arrays={"occupied": ArraySpec((*GRID.shape[:2], GRID.shape[2] // 8), "uint8")},
         encode=encode,
         decode=decode,
+        hint="pack a bool grid with np.packbits(grid, axis=-1, bitorder='little')",
     ),
     grid=GRID,
     protocol="hsbench-occluded",

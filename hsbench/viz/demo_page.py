@@ -56,7 +56,7 @@ def demo_page(
     body += _scores(reports, comparisons)
     body += [
         page.heading("The same by hand"),
-        page.paragraph("What this page shows was made by these commands:"),
+        page.paragraph("The rooms and the row of carve were made by these commands; the other methods take its place:"),
         page.code("\n".join(commands)),
     ]
     lead = (
@@ -110,10 +110,11 @@ def _episode(item: Shown) -> list[str]:
             f"{episode.sensor.height_m:.2f} m high, tilted {np.degrees(episode.sensor.tilt_rad):.0f} degrees down."
         ),
         page.figures(pictures),
-        page.legend([(STAND_TINT, "somebody stood or walked"), (SIT_TINT, "somebody sat")]),
         page.figures(plans + voxels, wide=True),
         page.legend(
             [
+                (STAND_TINT, "somebody stood or walked"),
+                (SIT_TINT, "somebody sat"),
                 (SEEN, "visible surface"),
                 (HIT, "hidden and rightly solid"),
                 (FALSE, "hidden, wrongly solid"),
@@ -172,6 +173,7 @@ def _scores(reports: Sequence[Report], comparisons: Sequence[Comparison]) -> lis
         "surface+occluded/iou": "IoU with visible surface",
         "occluded-unswept/iou": "IoU where nobody was",
     }
+    reports = sorted(reports, key=lambda report: -(report.primary.value or 0.0))
     rows = []
     for report in reports:
         rows.append(
@@ -202,6 +204,10 @@ def _scores(reports: Sequence[Report], comparisons: Sequence[Comparison]) -> lis
         ),
         page.interval_bars(bars),
         page.table(["method", "track", "IoU", "95 % interval", *shown.values()], rows, numbers=(2, 3, 4, 5, 6, 7)),
+        page.paragraph(
+            "carve-swept is no upper bound: it frees only the voxels that true bodies held, while carve frees whole "
+            "columns. carve-height-prior keeps what a prior fitted on other rooms calls solid, less where people were."
+        ),
         page.paragraph("Paired differences of the same number:"),
         page.table(["difference", "IoU", "95 % interval"], differences, numbers=(1, 2)),
     ]

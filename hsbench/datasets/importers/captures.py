@@ -21,7 +21,7 @@ from hsbench.schema import SCHEMA_VERSION
 from hsbench.schema.categories import CATEGORIES, category
 from hsbench.schema.episode import Episode, EpisodeTruth, Frame, FrameList
 from hsbench.schema.occupancy import OccupancyTruth
-from hsbench.schema.poses import PoseTable
+from hsbench.schema.poses import JointState, PoseTable
 from hsbench.schema.sensor import Sensor
 from hsbench.schema.skeletons import KINECT_V2
 from hsbench.schema.states import VoxelState
@@ -51,6 +51,8 @@ def sscnet_episode(frame: sscnet.SscnetFrame, episode_id: str, grid: VoxelGrid) 
     A voxel is solid if any of 3 x 3 x 3 points in it has a label; it is ignored where its middle is unknown (255).
     A volume without any label gives an episode without truth.
     """
+    if not (frame.depth_m > 0).any():
+        raise DataError("the depth image has no reading at all; expected metres somewhere (is it the right file?)")
     episode_T_camera, episode_T_ssc = sscnet.to_episode_frame(frame)
     sensor = sensor_at(frame.camera, episode_T_camera)
     input_frame = Frame(0, depth_m=frame.depth_m)
@@ -104,6 +106,8 @@ def sensor_at(camera: PinholeCamera, episode_T_camera: FloatArray) -> Sensor:
 
 def kinect_episode(recording: kinect_csv.KinectRecording, episode_id: str, height_m: float, tilt_rad: float) -> Episode:
     """A skeleton recording as observed poses in the episode frame of a camera at a height and tilt."""
+    if not (recording.state == JointState.TRACKED).any():
+        raise DataError("no joint of the recording is tracked; there is nobody to import")
     joints = kinect_csv.to_episode_frame(recording.joints_kinect_m, height_m, tilt_rad).astype(np.float32)
     stamps = recording.timestamp_ns - recording.timestamp_ns[0]
     tracks = np.ones(len(stamps), dtype=np.int32)

@@ -44,15 +44,16 @@ def open_renderer(name: RendererName = "auto") -> Renderer:
 def resolve(name: RendererName) -> RendererName:
     """The back end that ``open_renderer(name)`` would open, without opening it: for processes that start others.
 
-    Warns once where "auto" becomes raycast.
+    Warns once where "auto" becomes raycast. Raises HsbenchError where the one asked for cannot start.
     """
-    if name != "auto":
-        return name
-    facts = probe()
-    if facts["egl"]:
-        return "pyrender"
-    _warn_once(f"rendering with the ray caster: {facts['egl_fault']}")
-    return "raycast"
+    if name == "raycast" or (name == "auto" and not (facts := probe())["egl"]):
+        _open_raycast()
+        if name == "auto":
+            _warn_once(f"rendering with the ray caster: {facts['egl_fault']}; for OpenGL {INSTALL_HINT}")
+        return "raycast"
+    if name == "pyrender" and not (facts := probe())["egl"]:
+        raise HsbenchError(f"{facts['egl_fault']}: {INSTALL_HINT}, or take --renderer raycast")
+    return "pyrender"
 
 
 def probe() -> dict[str, Any]:

@@ -112,7 +112,15 @@ def test_a_thousand_kilometres_away(kind: int, shift: tuple[float, float, float]
 @settings(max_examples=50, deadline=None)
 def test_boxes_that_a_plane_parts_share_exactly_nothing(kind: int, seed: int, gap: float) -> None:
     a, b = sample(kind, seed, 20), sample(kind, seed + 1, 20)
-    normal = np.random.default_rng(seed).normal(size=(20, 3))
+    # planes along faces of a, along faces of b, along an edge of each, and any
+    rng = np.random.default_rng(seed)
+    axes_a, axes_b = (
+        boxes.as_oriented(box)[:, 6:].reshape(-1, 3, 3)[np.arange(20), :, rng.integers(0, 3, 20)] for box in (a, b)
+    )
+    normal = np.stack([axes_a, axes_b, np.cross(axes_a, axes_b), rng.normal(size=(20, 3))])[
+        np.arange(20) % 4, np.arange(20)
+    ]
+    normal += ~normal.any(axis=1, keepdims=True)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     top = np.einsum("nck,nk->nc", boxes.corners(a), normal).max(axis=1)
     bottom = np.einsum("nck,nk->nc", boxes.corners(b), normal).min(axis=1)
