@@ -174,6 +174,11 @@ def _open_dataset(out: Path, job: Job, recipe: Recipe) -> None:
         found = read_json(path)
         for key in ("name", "recipe_sha256", "seed", "splits_version", "frames", "schema_version", "renderer"):
             if found.get(key) != description[key] and (key, description[key]) != ("renderer", "auto"):
+                if key == "recipe_sha256":
+                    raise DataError(
+                        f"{out} holds a data set with recipe_sha256 of another version of the recipe or the generator "
+                        "(choose another --out, or remove the folder)"
+                    )
                 raise DataError(
                     f"{out} holds a data set with {key} {found.get(key)!r}; this run has {description[key]!r} "
                     "(choose another --out, or remove the folder)"
