@@ -297,7 +297,8 @@ def test_without_egl_auto_warns_once_and_casts_rays(fault: str, tmp_path: Path) 
         "raycast",
         "MissingExtraError" if fault == "no package" else "HsbenchError",
     ]
-    warning = [line for line in done.stderr.splitlines() if line.strip()]
+    # Python 3.13 also shows the line of our own code that warned
+    warning = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith("  ")]
     assert len(warning) == 1
     assert ("hsbench[gen]" if fault == "no package" else "libegl1 libgl1 libgl1-mesa-dri") in warning[0]
 
