@@ -59,7 +59,7 @@ def fill_upright(a: FloatArray, b: FloatArray, paired: bool, ratio: bool, out: F
             if dx * dx + dy * dy < reach * reach:
                 height = _overlap(abs(b[j, 2] - a[i, 2]), a[i, 5], b[j, 5])
                 if height > 0.0:
-                    common = height * (_footprint(a, i, b, j) if is_frame(a, i, b, j, 9) else _footprint(b, j, a, i))
+                    common = height * (_footprint(a, i, b, j) if _is_frame(a, i, b, j, 9) else _footprint(b, j, a, i))
             out[i, j - start] = _measure(common, a[i, 9], b[j, 9], ratio)
 
 
@@ -74,7 +74,7 @@ def fill_oriented(a: FloatArray, b: FloatArray, paired: bool, ratio: bool, out: 
             reach = a[i, 15] + b[j, 15]
             common = 0.0
             if dx * dx + dy * dy + dz * dz < reach * reach:
-                if is_frame(a, i, b, j, 16):
+                if _is_frame(a, i, b, j, 16):
                     common = _common_volume(a, i, b, j, work)
                 else:
                     common = _common_volume(b, j, a, i, work)
@@ -88,7 +88,7 @@ def _measure(common: float, volume_a: float, volume_b: float, ratio: bool) -> fl
 
 
 @numba.njit(cache=True, error_model="numpy")
-def is_frame(a: FloatArray, i: int, b: FloatArray, j: int, volume: int) -> bool:
+def _is_frame(a: FloatArray, i: int, b: FloatArray, j: int, volume: int) -> bool:
     """Whether a[i] is the frame of the pair: the smaller volume, for accuracy. A total order on rows, so that swapping
     a and b computes the same thing. volume: the column that holds it, the last one.
     """
