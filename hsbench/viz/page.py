@@ -21,13 +21,14 @@ figure { margin: 0; } figcaption { font-size: .87rem; margin-top: .3rem; }
 img { max-width: 100%; height: auto; border-radius: 5px; display: block; }
 .row { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 15.5rem), 1fr));
   gap: 1rem; margin: 1rem 0 1.6rem; }
-.wide { grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); align-items: end; }
+.wide { grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); align-items: start; }
 .note { max-width: none; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; width: 100%; margin: .8rem 0; }
 th, td { text-align: left; padding: .38rem .7rem; border-bottom: 1px solid var(--line); }
 td.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 svg text { fill: currentColor; font: 12px system-ui, sans-serif; }
 pre { overflow-x: auto; padding: .8rem 1rem; border: 1px solid var(--line); border-radius: 5px; font-size: .87rem; }
+.entry { white-space: nowrap; }
 .swatch { display: inline-block; width: .8em; height: .8em; border-radius: 2px; margin: 0 .3em 0 .9em; }
 """
 
@@ -73,7 +74,8 @@ def legend(entries: Sequence[tuple[tuple[int, int, int], str]]) -> str:
     return (
         '<p class="note">'
         + "".join(
-            f'<span class="swatch" style="background: rgb{rgb}"></span>{html.escape(text)}' for rgb, text in entries
+            f'<span class="entry"><span class="swatch" style="background: rgb{rgb}"></span>{html.escape(text)}</span> '
+            for rgb, text in entries
         )
         + "</p>"
     )
