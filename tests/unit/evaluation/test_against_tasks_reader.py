@@ -1,4 +1,4 @@
-"""The fast scorer and the stored states against plain loops by somebody who read the task's text and docs/schema.md alone."""
+"""The fast scorer and the stored states against plain loops written from the task's text and docs/schema.md alone."""
 
 from __future__ import annotations
 
