@@ -1,6 +1,6 @@
 """Activity maps: where people were, seen from above, as values in 0..1.
 
-Source: METHODS 1.5 (thesis, chapter 3: maps in [0, 1] from 0, co-occurrences add up). The disc kernel and
+Source: S. Fowler, PhD thesis, Surrey 2019, chapter 3: maps in [0, 1] from 0, co-occurrences add up. The disc kernel and
 its weight are hsbench defaults held by the caller's configuration.
 """
 

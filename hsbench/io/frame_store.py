@@ -7,7 +7,7 @@
   patch, ``mask`` (row-major bits, little bit order), and of the masked pixels in row-major order ``rgb``
   (3 bytes each), ``depth_mm`` and ``instance`` (little-endian uint16)
 
-A recording is clean signal: depth noise is added on reading. It is for open splits only (TASKS, Inputs).
+A recording is clean signal: depth noise is added on reading. It is for open splits only.
 Imported footage is stored as ordinary images instead (``ImageFrames``).
 """
 

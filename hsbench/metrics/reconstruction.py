@@ -41,7 +41,7 @@ from hsbench.metrics.labels import check_bool
 from hsbench.metrics.tables import ratio
 from hsbench.typing import AnyArray, BoolArray, FloatArray
 
-THRESHOLD_M = 0.1  # TASKS, scene-reconstruction-360
+THRESHOLD_M = 0.1  # task scene-reconstruction-360
 FAR_M = 1e5
 _REACH = 1e-9  # relative slack: a distance meant to equal the threshold may miss it by a last bit
 

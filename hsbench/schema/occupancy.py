@@ -69,7 +69,7 @@ class ObjectTruth:
     evidence: UInt8Array
     skirted_share: Float32Array
 
-    VISIBLE_SHARE = 0.60  # TASKS, object-detection-3d
+    VISIBLE_SHARE = 0.60  # task object-detection-3d
     PARTIAL_SHARE = 0.02
 
     def __post_init__(self) -> None:

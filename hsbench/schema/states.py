@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class VoxelState(IntEnum):
-    """What the sensor knows of a voxel at t0 (TASKS: one enum for sensor knowledge, truth and every protocol)."""
+    """What the sensor knows of a voxel at t0: one enum for sensor knowledge, truth and every protocol."""
 
     UNKNOWN = 0
     FREE = 1

@@ -32,7 +32,7 @@ from hsbench.typing import Float32Array, FloatArray, IntArray
 class RgbdConfig:
     """What an RGB-D episode records. frame_rate_hz: pictures a second; grid_*: the truth grid in the episode frame.
 
-    The grid's defaults are those of task scene-completion (TASKS): 128 x 128 x 48 voxels of .05 m.
+    The grid's defaults are those of task scene-completion: 128 x 128 x 48 voxels of .05 m.
     """
 
     frame_rate_hz: float = 2.0

@@ -1,7 +1,7 @@
 """Where an RGB-D camera stands: at the outskirts of a room, its heading random with respect to the walls.
 
 The heading is drawn first and never rejected, so that the yaw of the walls in the episode frame says nothing
-(TASKS, Frames); of the positions along the walls those that see most of the room with it are chosen from.
+(docs/conventions.md); of the positions along the walls those that see most of the room with it are chosen from.
 """
 
 from __future__ import annotations

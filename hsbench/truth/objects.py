@@ -1,6 +1,6 @@
 """Truth per object: how much of it the camera sees at t0, and what activity says of it.
 
-TASKS, object-detection-3d: *used* = touched; *skirted* = at least half of its free border swept by bodies.
+Task object-detection-3d: *used* = touched; *skirted* = at least half of its free border swept by bodies.
 The border is ours to define: floor columns within BORDER_M of the object's columns that are free up to
 BORDER_HEIGHT_M (a rug is stepped on) and in the room; a column is swept if any of its voxels is.
 """
@@ -19,8 +19,8 @@ from hsbench.schema.states import Evidence, VoxelState
 from hsbench.typing import BoolArray
 
 BORDER_M = 0.30  # a body's radius of .25 m, rounded up to whole voxels
-BORDER_HEIGHT_M = 1.75  # METHODS 1.6: standing bodies free space up to 1.75 m
-SKIRTED_SHARE = 0.5  # TASKS, object-detection-3d
+BORDER_HEIGHT_M = 1.75  # standing bodies free space up to 1.75 m
+SKIRTED_SHARE = 0.5  # task object-detection-3d
 
 
 def object_truth(scene: Scene, image: RayImage, occupancy: OccupancyTruth, events: EventTable) -> ObjectTruth:

@@ -1,6 +1,6 @@
 """Solid occupancy of a scene by the sub-sample rule, with category and instance of what fills a voxel.
 
-TASKS, scene-completion: a voxel is solid if any of its 5 x 5 x 5 sub-sample points, at (i + 1/2) / 5 of its
+Task scene-completion: a voxel is solid if any of its 5 x 5 x 5 sub-sample points, at (i + 1/2) / 5 of its
 side, lies in a solid. The label is the object that holds most of the points; the lower id on a tie.
 """
 
@@ -15,7 +15,7 @@ from hsbench.geometry.rays import PackedSolids, pack_solids
 from hsbench.schema.scene import Scene
 from hsbench.typing import FloatArray, IntArray, UInt8Array, UInt16Array
 
-SUBSAMPLES = 5  # TASKS, scene-completion
+SUBSAMPLES = 5  # task scene-completion
 
 
 def solid_occupancy(scene: Scene, grid: VoxelGrid) -> tuple[UInt8Array, UInt16Array]:

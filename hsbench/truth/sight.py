@@ -1,6 +1,6 @@
 """What the sensor could know at t0: the state of every voxel and the visible share of every object.
 
-TASKS, common rules (States) and object-detection-3d (Visible fraction): noise-free, without people, by rays.
+As all tasks define them (docs/conventions.md, voxel states): noise-free, without people, by rays.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def ray_image(scene: Scene, camera: PinholeCamera, world_T_camera: FloatArray) -
 
 
 def surface_margin_m(voxel_m: float) -> float:
-    """Half the diagonal of a voxel: a surface may pass anywhere within it (TASKS, States)."""
+    """Half the diagonal of a voxel: a surface may pass anywhere within it."""
     return math.sqrt(3.0) / 2.0 * voxel_m
 
 

@@ -1,6 +1,6 @@
 """Where a person can stand and walk: cells of the floor plan where an upright body hits nothing.
 
-TASKS, affordance-topdown: a body is a cylinder of radius .25 m with 1.8 m head room. A cell is free where that
+Task affordance-topdown: a body is a cylinder of radius .25 m with 1.8 m head room. A cell is free where that
 cylinder, centred on the cell, touches no solid and no wall. What is flatter than ``step_m`` (rugs) is stepped on.
 The frame is the scene's; cells are aligned to multiples of ``cell_m`` in it, as the task grids are.
 """
@@ -20,7 +20,7 @@ from hsbench.geometry.polygons import contains
 from hsbench.schema.scene import Scene
 from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
 
-RADIUS_M = 0.25  # TASKS, affordance-topdown
+RADIUS_M = 0.25  # task affordance-topdown
 HEAD_ROOM_M = 1.8
 CELL_M = 0.05
 STEP_M = 0.02

@@ -23,7 +23,7 @@ from hsbench.synth.recipes import find_recipe
 from hsbench.tasks import TASKS
 
 RECIPES = sorted(p.name for p in resource("generators").iterdir() if p.is_dir() and not p.name.startswith((".", "_")))
-MAX_LINES = 200  # DESIGN, Layout
+MAX_LINES = 200  # docs/architecture.md
 recipes = pytest.mark.parametrize("name", RECIPES)
 
 

@@ -27,7 +27,7 @@ from hsbench.tasks.spec import TRACKS
 tasks = pytest.mark.parametrize("spec", TASKS.values(), ids=TASKS)
 
 INPUTS = {"sensor", "frames.rgb", "frames.depth_m", "frames.timestamp_ns", "poses", "activity_maps"}
-"""TASKS.md, Inputs are exactly: everything else is truth."""
+"""The inputs of a task; everything else is truth."""
 
 
 def templates(spec: TaskSpec) -> list[np.ndarray]:

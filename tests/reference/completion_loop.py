@@ -1,4 +1,4 @@
-"""Scene completion counted voxel by voxel, written from TASKS.md alone; slow and plain on purpose."""
+"""Scene completion counted voxel by voxel, written from the task's text alone; slow and plain on purpose."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Occluded scene reconstruction from RGB-D and human activity (METHODS 1), for task scene-completion."""
+"""Occluded scene reconstruction from RGB-D and human activity, for task scene-completion."""

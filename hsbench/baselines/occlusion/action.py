@@ -1,4 +1,4 @@
-"""What each observed pose does, and where: standing or sitting, and the person's place on the floor (METHODS 1.4)."""
+"""What each observed pose does, and where: standing or sitting, and the person's place on the floor."""
 
 from __future__ import annotations
 

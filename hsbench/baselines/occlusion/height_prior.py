@@ -1,6 +1,6 @@
 """The height-and-thickness prior: occluded space is solid within d behind a surface and below h, fitted on train.
 
-TASKS, scene-completion (references). It knows no activity; it is what a method must beat to claim that people help.
+A reference of task scene-completion. It knows no activity; it is what a method must beat to claim that people help.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from hsbench.truth.walkable import WalkMap
 from hsbench.typing import BoolArray, FloatArray
 
 SEAT_ROLES = ("seat", "mattress")
-SEAT_HEIGHT_M = (0.25, 0.75)  # TASKS, affordance-topdown
+SEAT_HEIGHT_M = (0.25, 0.75)  # task affordance-topdown
 APPROACH_M = 0.7  # TASKS: a walkable cell within this of the front of the seat
 PLACE_WIDTH_M = 0.55  # a person's width on a bench or sofa
 DEEPEST_M = 0.36  # pelvis behind the front edge, at most

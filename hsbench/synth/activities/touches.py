@@ -1,6 +1,6 @@
 """Things to touch: points on functional parts that a hand reaches from a standing or a seated pose.
 
-TASKS, affordance-topdown: a hand reaches a point if it is within .75 m of the shoulder, 1.4 m above a walkable cell or
+Task affordance-topdown: a hand reaches a point if it is within .75 m of the shoulder, 1.4 m above a walkable cell or
 .55 m above a seat, with a free straight line. A touch is planned only where that holds and the own arm gets there.
 """
 
@@ -25,7 +25,7 @@ from hsbench.typing import BoolArray, FloatArray
 FLAT_ROLES = ("top", "shelf")
 UPRIGHT_ROLES = ("handle", "door", "drawer", "screen", "front", "switch", "tap", "board")
 TOP_HEIGHT_M = (0.4, 1.4)  # TASKS: work or support top
-REACH_M = 0.75  # TASKS
+REACH_M = 0.75  # task affordance-topdown
 SHOULDER_STANDING_M = 1.4
 SHOULDER_SEATED_M = 0.55
 EDGE_INSET_M = 0.06  # a hand rests so far inside the edge of a top

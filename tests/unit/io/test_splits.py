@@ -15,7 +15,7 @@ from hsbench.io.resources import KINDS, resource
 from hsbench.io.splits import SPLITS, read_splits
 
 FILES = sorted(resource("splits").glob("*/*.json"))
-TASKS_V0 = {"rgbd-activity": (200, 40, 30, 30)}  # TASKS.md, Splits: train, val, test-seen, test-novel
+TASKS_V0 = {"rgbd-activity": (200, 40, 30, 30)}  # train, val, test-seen, test-novel
 
 
 def test_there_are_some() -> None:

@@ -27,7 +27,7 @@ def episodes(rgbd: Path) -> Dataset:
 
 
 def test_states_follow_from_the_clean_picture_by_the_rule_of_the_task(episodes: Dataset) -> None:
-    """TASKS, States, written out once more: every disagreement lies within the picture's rounding of a limit."""
+    """The rule of voxel states, written out once more: disagreements lie within the rounding of a limit."""
     for episode in episodes:
         truth, camera = episode.truth.occupancy, episode.sensor.camera
         depth = episode.truth.frames[0].depth_m.astype(np.float64)

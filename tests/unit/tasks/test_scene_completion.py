@@ -1,4 +1,4 @@
-"""The task's numbers are TASKS.md's, and its prediction format is what numpy alone would write."""
+"""The task's numbers are those of its text, and its prediction format is what numpy alone would write."""
 
 from __future__ import annotations
 

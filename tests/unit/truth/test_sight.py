@@ -41,7 +41,7 @@ SCENE = scene_of(
 
 
 def state_by_definition(point: np.ndarray, depth_m: np.ndarray, voxel_m: float) -> VoxelState:
-    """TASKS, States: occluded if z > D + sqrt(3)/2 side, surface within that distance of D, else free."""
+    """Voxel states: occluded if z > D + sqrt(3)/2 side, surface within that distance of D, else free."""
     x, y, z = (np.linalg.inv(POSE) @ [*point, 1.0])[:3]
     if z <= 0:
         return VoxelState.OUTSIDE_FOV
