@@ -211,8 +211,13 @@ def aggregate(scores: Sequence[CompletionScore]) -> CompletionSummary:
 
 def verification(protocol: str) -> str | None:
     """What a protocol's numbers were compared with, None = unverified; a report must then say *unverified*."""
-    own = "defined by hsbench; tests/reference/completion_loop.py, written from the task alone"
-    return FOREIGN[protocol].verified_by if protocol in FOREIGN else own
+    if protocol in FOREIGN:
+        return FOREIGN[protocol].verified_by
+    if protocol == "hsbench-known":
+        return "defined by hsbench; tests/reference/completion_loop.py, loops by the author of this scorer"
+    return (
+        "defined by hsbench; tests/reference/completion_from_tasks.py, loops by somebody who had not read this scorer"
+    )
 
 
 def episode_counts(truth: OccupancyTruth, prediction: BoolArray) -> dict[str, Counts]:

@@ -1,4 +1,4 @@
-"""Detection under hsbench's protocol, set by set, written from the task's text alone; slow and plain on purpose.
+"""Detection under hsbench's protocol, set by set; slow and plain on purpose. By the author of the fast scorer.
 
 No order, no cumulative sums: at every score the set of boxes at or above it is looked at afresh, in fractions.
 """
