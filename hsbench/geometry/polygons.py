@@ -25,6 +25,21 @@ def contains(polygon: FloatArray, points: FloatArray) -> BoolArray:
     return inside
 
 
+def outline_distance(polygon: FloatArray, points: FloatArray) -> FloatArray:
+    """(n, 2) polygon, (..., 2) points -> (...) metres to the outline, inside and outside alike."""
+    nearest = np.full(points.shape[:-1], np.inf)
+    for start, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        along = end - start
+        share = np.clip((points - start) @ along / (along @ along), 0, 1)
+        nearest = np.minimum(nearest, np.linalg.norm(points - start - share[..., None] * along, axis=-1))
+    return nearest
+
+
+def distance(polygon: FloatArray, points: FloatArray) -> FloatArray:
+    """(n, 2) polygon, (..., 2) points -> (...) metres to the polygon, 0 inside."""
+    return np.where(contains(polygon, points), 0.0, outline_distance(polygon, points))
+
+
 def rectangle(centre: FloatArray, half_size: FloatArray, yaw_rad: float) -> FloatArray:
     """(4, 2) counter-clockwise corners of a rectangle with half sizes (2,) along its yawed axes."""
     c, s = np.cos(yaw_rad), np.sin(yaw_rad)

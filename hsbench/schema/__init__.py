@@ -8,7 +8,7 @@ from hsbench.schema.episode import ActivityMaps, Episode, EpisodeTruth, Frame, F
 from hsbench.schema.events import EventTable
 from hsbench.schema.occupancy import AffordanceTruth, ObjectTruth, OccupancyTruth
 from hsbench.schema.poses import JointState, PoseTable, TruePoseTable
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.schema.sensor import Sensor
 from hsbench.schema.skeletons import KINECT_V2, SKELETONS, Skeleton
 from hsbench.schema.states import Action, Evidence, Visibility, VoxelState
@@ -38,6 +38,7 @@ __all__ = [
     "OccupancyTruth",
     "Part",
     "PoseTable",
+    "Room",
     "Scene",
     "SceneObject",
     "Sensor",

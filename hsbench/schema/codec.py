@@ -20,7 +20,7 @@ from hsbench.schema.episode import ActivityMaps
 from hsbench.schema.events import EventTable
 from hsbench.schema.occupancy import AffordanceTruth, ObjectTruth, OccupancyTruth
 from hsbench.schema.poses import PoseTable, TruePoseTable
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.schema.sensor import Sensor
 from hsbench.schema.skeletons import SKELETONS
 from hsbench.typing import AnyArray
@@ -165,10 +165,9 @@ def scene_to_plain(scene: Scene) -> tuple[JsonObject, Arrays]:
     parts = [part for item in scene.objects for part in item.parts]
     description = {
         "scene_id": scene.scene_id,
-        "room_type": scene.room_type,
         "style": scene.style,
         "height_m": scene.height_m,
-        "room_xy": scene.room_xy.tolist(),
+        "rooms": [{"room_type": r.room_type, "outline_xy": r.outline_xy.tolist()} for r in scene.rooms],
         "objects": [
             {
                 "object_id": item.object_id,
@@ -176,7 +175,13 @@ def scene_to_plain(scene: Scene) -> tuple[JsonObject, Arrays]:
                 "movable": item.movable,
                 "scene_T_object": item.scene_T_object.tolist(),
                 "parts": [
-                    {"name": p.name, "role": p.role, "colour": list(p.colour), "convex": p.solid is not None}
+                    {
+                        "name": p.name,
+                        "role": p.role,
+                        "colour": list(p.colour),
+                        "texture": p.texture,
+                        "convex": p.solid is not None,
+                    }
                     for p in item.parts
                 ],
             }
@@ -194,7 +199,7 @@ def scene_to_plain(scene: Scene) -> tuple[JsonObject, Arrays]:
 
 def scene_from_plain(description: Mapping[str, Any], geometry: Mapping[str, AnyArray]) -> Scene:
     """The inverse of ``scene_to_plain``. Raises SchemaError where description and geometry disagree."""
-    exact_keys(description, "scene", ("scene_id", "room_type", "style", "height_m", "room_xy", "objects"))
+    exact_keys(description, "scene", ("scene_id", "style", "height_m", "rooms", "objects"))
     n_parts = sum(len(item["parts"]) for item in description["objects"])
     vertex_start, triangle_start = geometry["vertex_start"], geometry["triangle_start"]
     if len(vertex_start) != n_parts + 1 or len(triangle_start) != n_parts + 1:
@@ -213,6 +218,7 @@ def scene_from_plain(description: Mapping[str, Any], geometry: Mapping[str, AnyA
                     entry["role"],
                     ConvexSolid(vertices, triangles) if convex else None,
                     None if convex else (vertices, triangles),
+                    entry["texture"],
                 )
             )
             k += 1
@@ -220,8 +226,7 @@ def scene_from_plain(description: Mapping[str, Any], geometry: Mapping[str, AnyA
         objects.append(SceneObject(item["object_id"], item["category"], pose, tuple(parts), item["movable"]))
     return Scene(
         description["scene_id"],
-        description["room_type"],
-        np.array(description["room_xy"], dtype=np.float64),
+        tuple(Room(r["room_type"], np.array(r["outline_xy"], dtype=np.float64)) for r in description["rooms"]),
         description["height_m"],
         tuple(objects),
         description["style"],

@@ -1,4 +1,4 @@
-"""A scene: a room outline and objects made of parts. Truth; never handed out as input.
+"""A scene: rooms and objects made of parts. Truth; never handed out as input.
 
 Parts of generated scenes are convex solids; parts of imported scenes may be triangle meshes.
 """
@@ -12,23 +12,26 @@ import numpy as np
 
 from hsbench.errors import SchemaError
 from hsbench.geometry.convex import ConvexSolid
-from hsbench.geometry.polygons import signed_area
+from hsbench.geometry.polygons import contains, distance, signed_area
 from hsbench.geometry.transforms import apply, is_rigid
-from hsbench.schema.categories import Category, category
+from hsbench.schema.categories import ROLES, Category, category
 from hsbench.schema.poses import require
-from hsbench.typing import FloatArray, Int32Array
+from hsbench.typing import BoolArray, FloatArray, Int32Array
 
 PERSON_ID_OFFSET = 60000  # a person's id in instance images: the offset plus the person id (1, 2, ...)
 
-ROLES: frozenset[str] = frozenset(
-    ("seat", "mattress", "top", "shelf", "handle", "door", "drawer", "screen", "switch", "tap", "front", "board")
-)
-"""Functional roles of parts: what affordances are computed from. A part without one has role None."""
+TEXTURES: frozenset[str] = frozenset(
+    (
+        "", "wood", "planks", "parquet", "tiles", "carpet", "weave", "stripes", "checks", "marble", "plaster", "leaves",
+        "herringbone", "terrazzo", "brick", "corduroy", "dots",
+    )
+)  # fmt: skip
+"""Procedural textures by name, drawn in the object frame; "" is plain. Pictures only: no truth depends on them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A named piece of an object: geometry in the object frame, an sRGB colour, and what it is for.
+    """A named piece of an object: geometry in the object frame, an sRGB colour and texture, and what it is for.
 
     solid: convex closed solid (generated scenes). mesh: (vertices (V, 3), triangles (T, 3)) of an imported,
     perhaps open, surface. Exactly one of the two.
@@ -39,8 +42,13 @@ class Part:
     role: str | None = None
     solid: ConvexSolid | None = None
     mesh: tuple[FloatArray, Int32Array] | None = None
+    texture: str = ""
 
     def __post_init__(self) -> None:
+        if self.texture not in TEXTURES:
+            raise SchemaError(
+                f"part {self.name!r} has texture {self.texture!r}; expected one of {', '.join(sorted(TEXTURES))}"
+            )
         if self.role is not None and self.role not in ROLES:
             raise SchemaError(
                 f"part {self.name!r} has role {self.role!r}; expected None or one of {', '.join(sorted(ROLES))}"
@@ -86,6 +94,12 @@ class SceneObject:
             raise SchemaError(f"object_id is {self.object_id}; expected 1..{PERSON_ID_OFFSET - 1}")
         if not self.parts:
             raise SchemaError(f"object {self.object_id} ({self.category_name}) has no parts")
+        wrong = sorted({p.role for p in self.parts if p.role is not None}.difference(self.category.roles))
+        if wrong:
+            raise SchemaError(
+                f"object {self.object_id} ({self.category_name}) has parts of role {', '.join(wrong)};"
+                f" expected of its category: {', '.join(self.category.roles) or 'none'}"
+            )
         if not is_rigid(self.scene_T_object):
             raise SchemaError(f"object {self.object_id} ({self.category_name}) has a pose that is no rigid transform")
 
@@ -121,31 +135,48 @@ class SceneObject:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
-    """A room at t0.
+class Room:
+    """A room: its type (``living``, ``bedroom`` ...) and (n, 2) inner outline, counter-clockwise, metres."""
 
-    scene_id: unique over all data sets. room_type: ``living``, ``bedroom`` ...
-    room_xy: (n, 2) inner outline, counter-clockwise, metres. height_m: floor (z = 0) to ceiling.
+    room_type: str
+    outline_xy: FloatArray
+
+    def __post_init__(self) -> None:
+        outline = self.outline_xy
+        require(outline, f"{self.room_type} room: outline_xy", (None, 2), np.float64)
+        if len(outline) < 3:
+            raise SchemaError(f"{self.room_type} room: outline_xy has {len(outline)} corners; expected at least 3")
+        if not np.isfinite(outline).all():
+            raise SchemaError(f"{self.room_type} room: outline_xy has a corner that is not finite; expected metres")
+        if signed_area(outline) <= 0:
+            raise SchemaError(
+                f"{self.room_type} room: outline_xy encloses no area or is clockwise; expected counter-clockwise"
+            )
+
+    @property
+    def area_m2(self) -> float:
+        """Floor area in square metres."""
+        return signed_area(self.outline_xy)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A room, flat or office at t0.
+
+    scene_id: unique over all data sets. rooms: at least one. height_m: floor (z = 0) to ceiling.
     objects: furniture and structure (floor, ceiling, walls, door, window), ids ascending.
     style: the style family, so that a split can be checked for novelty.
     """
 
     scene_id: str
-    room_type: str
-    room_xy: FloatArray
+    rooms: tuple[Room, ...]
     height_m: float
     objects: tuple[SceneObject, ...]
     style: str = ""
 
     def __post_init__(self) -> None:
-        if self.room_xy.ndim != 2 or self.room_xy.shape[1] != 2 or len(self.room_xy) < 3:
-            raise SchemaError(f"scene {self.scene_id}: room_xy has shape {self.room_xy.shape}; expected (n >= 3, 2)")
-        if not np.isfinite(self.room_xy).all():
-            raise SchemaError(f"scene {self.scene_id}: room_xy has a corner that is not finite; expected metres")
-        if signed_area(self.room_xy) <= 0:
-            raise SchemaError(
-                f"scene {self.scene_id}: room_xy encloses no area or is clockwise; expected counter-clockwise"
-            )
+        if not self.rooms:
+            raise SchemaError(f"scene {self.scene_id} has no rooms; expected at least one")
         if not 0 < self.height_m < 100:
             raise SchemaError(
                 f"scene {self.scene_id}: height_m is {self.height_m}; expected metres (are these centimetres?)"
@@ -161,14 +192,18 @@ class Scene:
                 return item
         raise SchemaError(f"scene {self.scene_id} has no object {object_id}")
 
+    def contains(self, points_xy: FloatArray) -> BoolArray:
+        """(..., 2) points -> (...) bool: inside the outline of any room (doorways, in the walls, are not)."""
+        return np.asarray(np.any([contains(room.outline_xy, points_xy) for room in self.rooms], axis=0))
+
+    def room_at(self, point_xy: FloatArray) -> Room:
+        """The room that holds a point (2,), else the one whose outline is nearest."""
+        return min(self.rooms, key=lambda room: distance(room.outline_xy, np.asarray(point_xy, dtype=np.float64)))
+
     def moved(self, a_T_scene: FloatArray) -> Scene:
         """The same scene in frame a (a turn about z and a shift)."""
-        corners = np.column_stack([self.room_xy, np.zeros(len(self.room_xy))])
-        return Scene(
-            self.scene_id,
-            self.room_type,
-            apply(a_T_scene, corners)[:, :2],
-            self.height_m,
-            tuple(o.moved(a_T_scene) for o in self.objects),
-            self.style,
+        rooms = tuple(
+            Room(r.room_type, apply(a_T_scene, np.pad(r.outline_xy, ((0, 0), (0, 1))))[:, :2]) for r in self.rooms
         )
+        objects = tuple(o.moved(a_T_scene) for o in self.objects)
+        return Scene(self.scene_id, rooms, self.height_m, objects, self.style)

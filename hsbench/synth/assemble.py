@@ -15,7 +15,7 @@ from hsbench.io.frame_store import Film
 from hsbench.schema.episode import NS_PER_S, Episode, EpisodeTruth, FrameList
 from hsbench.schema.occupancy import OccupancyTruth
 from hsbench.schema.poses import PoseTable, TruePoseTable
-from hsbench.schema.scene import Scene, SceneObject
+from hsbench.schema.scene import Room, Scene, SceneObject
 from hsbench.schema.sensor import Sensor
 from hsbench.synth.activities import Life
 from hsbench.synth.film import Filming, room_lighting
@@ -90,7 +90,7 @@ def rgbd_episode(
     if unit.renderer is not None:
         noise_seed = int(seeds.rng("depth-noise").integers(2**62))
         stamps = _frame_times(end_ns if unit.frames == "all" else 1, config.frame_rate_hz)
-        filming = Filming(scene, life.bodies, true, sensor, unit.renderer, room_lighting(scene))
+        filming = Filming(scene, life.bodies, true, sensor, unit.renderer, room_lighting(scene, sensor.world_T_camera[:2, 3]))
         frames = _film(filming, stamps, episode_id, noise_seed, config.depth_noise)  # type: ignore[assignment]
     return Episode(episode_id, dataset, sensor, frames, observed, 0, end_ns, truth=truth)
 
@@ -102,7 +102,8 @@ def scene_in(episode_T_scene: FloatArray, scene: Scene) -> Scene:
         SceneObject(o.object_id, o.category_name, _quantised(o.scene_T_object), o.parts, o.movable)
         for o in moved.objects
     )
-    return Scene(moved.scene_id, moved.room_type, quantise_m(moved.room_xy), moved.height_m, objects, moved.style)
+    rooms = tuple(Room(r.room_type, quantise_m(r.outline_xy)) for r in moved.rooms)
+    return Scene(moved.scene_id, rooms, moved.height_m, objects, moved.style)
 
 
 def _quantised(pose: FloatArray) -> FloatArray:

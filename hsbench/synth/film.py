@@ -112,10 +112,10 @@ class Filming:
         return Window(int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1]))
 
 
-def room_lighting(scene: Scene) -> Lighting:
-    """Indoor light for the scene's room."""
-    low: FloatArray = scene.room_xy.min(axis=0)
-    high: FloatArray = scene.room_xy.max(axis=0)
+def room_lighting(scene: Scene, camera_xy: FloatArray) -> Lighting:
+    """Indoor light for the camera's room."""
+    outline = scene.room_at(camera_xy).outline_xy
+    low, high = outline.min(axis=0), outline.max(axis=0)
     return Lighting.indoor((float(low[0]), float(low[1]), 0.0), (float(high[0]), float(high[1]), scene.height_m))
 
 

@@ -61,8 +61,9 @@ def place_rgbd(scene: Scene, config: CameraConfig, rng: np.random.Generator) -> 
     draw = int(rng.integers(config.choose_from))
     sensor = Sensor("rgbd", config.camera, height_m, tilt_rad)
     solids = [solid for item in scene.objects for solid in item.solids]
-    floor = _floor_points(scene.room_xy, config.spacing_m)
-    outskirts = _outskirts(scene.room_xy, config)
+    outline = scene.rooms[0].outline_xy
+    floor = _floor_points(outline, config.spacing_m)
+    outskirts = _outskirts(outline, config)
     clear = [p[_is_clear(p, height_m, solids, config.clearance_m)] for p in (outskirts, floor)]
     positions = next((p for p in clear if len(p)), outskirts)  # a room full to the brim still has a camera
     seen = np.array([_seen_share(floor, position, heading, config) for position in positions])

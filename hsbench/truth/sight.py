@@ -55,10 +55,10 @@ def depth_states(grid: VoxelGrid, camera: PinholeCamera, world_T_camera: FloatAr
     return states.astype(np.uint8)
 
 
-def inside_room(scene: Scene, grid: VoxelGrid) -> BoolArray:
-    """(nx, ny, nz) bool: voxel centre inside the room outline and between floor and ceiling."""
+def inside_room(scene: Scene, grid: VoxelGrid, camera_xy: FloatArray) -> BoolArray:
+    """(nx, ny, nz) bool: voxel centre inside the outline of the camera's room and between floor and ceiling."""
     centres = grid.centres()
-    plan = contains(scene.room_xy, centres[:, :, 0, :2])
+    plan = contains(scene.room_at(camera_xy).outline_xy, centres[:, :, 0, :2])
     z = grid.axis_centres(2)
     return np.asarray(plan[:, :, None] & ((z > 0) & (z < scene.height_m))[None, None, :])
 
@@ -68,5 +68,5 @@ def true_states(
 ) -> UInt8Array:
     """States at t0 from the exact ray image, with OUTSIDE_ROOM where the centre is not in the room."""
     states = depth_states(grid, camera, world_T_camera, image.depth_m)
-    states[~inside_room(scene, grid)] = VoxelState.OUTSIDE_ROOM
+    states[~inside_room(scene, grid, world_T_camera[:2, 3])] = VoxelState.OUTSIDE_ROOM
     return states

@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from hsbench.errors import SchemaError
 from hsbench.geometry.convex import ConvexSolid
-from hsbench.geometry.polygons import contains
+from hsbench.geometry.polygons import contains, outline_distance
 from hsbench.schema.scene import Scene
 from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
 
@@ -71,9 +71,12 @@ def walk_map(
     where its centre is inside the room and farther than ``radius_m`` from every obstacle and from the outline.
     Raises SchemaError for an object with mesh parts.
     """
-    origin_xy, shape = _grid(scene.room_xy, cell_m)
+    origin_xy, shape = _grid(np.concatenate([room.outline_xy for room in scene.rooms]), cell_m)
     centres = WalkMap(origin_xy, np.zeros(shape, dtype=np.bool_), cell_m).centres()
-    free = contains(scene.room_xy, centres) & (_outline_distance(scene.room_xy, centres) > radius_m + LAST_BITS_M)
+    free = np.zeros(shape, dtype=np.bool_)
+    for room in scene.rooms:
+        far = outline_distance(room.outline_xy, centres) > radius_m + LAST_BITS_M
+        free |= contains(room.outline_xy, centres) & far
     walk = WalkMap(origin_xy, free, cell_m)
     for item in scene.objects:
         if len(item.solids) != len(item.parts):
@@ -111,7 +114,8 @@ def connected(walk: WalkMap, from_xy: FloatArray) -> BoolArray:
 
 def door_entries(scene: Scene, inset_m: float = ENTRY_INSET_M) -> FloatArray:
     """(D, 2) a point for each door, ``inset_m`` inside the room in front of the middle of the door."""
-    start, end = scene.room_xy, np.roll(scene.room_xy, -1, axis=0)
+    outline = scene.rooms[0].outline_xy
+    start, end = outline, np.roll(outline, -1, axis=0)
     along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
     inward = np.column_stack([-along[:, 1], along[:, 0]])
     entries = []
@@ -144,16 +148,6 @@ def _feet(start: FloatArray, end: FloatArray, point: FloatArray) -> FloatArray:
     along = end - start
     share = np.clip(np.sum((point - start) * along, axis=1) / np.sum(along**2, axis=1), 0, 1)
     return np.asarray(start + share[:, None] * along)
-
-
-def _outline_distance(room_xy: FloatArray, points: FloatArray) -> FloatArray:
-    """(..., 2) points -> (...) distance to the outline, inside and outside alike."""
-    nearest = np.full(points.shape[:-1], np.inf)
-    for start, end in zip(room_xy, np.roll(room_xy, -1, axis=0), strict=True):
-        along = end - start
-        share = np.clip((points - start) @ along / (along @ along), 0, 1)
-        nearest = np.minimum(nearest, np.linalg.norm(points - start - share[..., None] * along, axis=-1))
-    return nearest
 
 
 @numba.njit(cache=True)

@@ -104,7 +104,7 @@ def _episode(item: Shown) -> list[str]:
     ]
     n_poses = 0 if episode.poses is None else len(episode.poses)
     return [
-        page.heading(f"{truth.scene.room_type.capitalize()} room, episode {episode.episode_id}"),
+        page.heading(f"{truth.scene.rooms[0].room_type.capitalize()} room, episode {episode.episode_id}"),
         page.paragraph(
             f"{episode.duration_s:.0f} s, {len(episode.frames)} pictures, {n_poses} observed poses; camera "
             f"{episode.sensor.height_m:.2f} m high, tilted {np.degrees(episode.sensor.tilt_rad):.0f} degrees down."

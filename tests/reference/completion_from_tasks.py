@@ -129,7 +129,7 @@ def states_at_t0(episode_folder) -> list:
         for j in range(0, grid["shape"][1], 4):
             for k in range(0, grid["shape"][2], 4):
                 x, y, z = (o + (n + 0.5) * grid["voxel_m"] for o, n in zip(grid["origin_m"], (i, j, k), strict=True))
-                if not (in_polygon(x, y, scene["room_xy"]) and 0 <= z <= scene["height_m"]):
+                if not (in_polygon(x, y, scene["rooms"][0]["outline_xy"]) and 0 <= z <= scene["height_m"]):
                     continue
                 up = z - sensor["height_m"]  # camera: right is -y, forward is x turned down by the tilt
                 forward, down = x * cos_t - up * sin_t, -x * sin_t - up * cos_t

@@ -19,6 +19,7 @@ from hsbench.schema import (
     OccupancyTruth,
     Part,
     PoseTable,
+    Room,
     Scene,
     SceneObject,
     Sensor,
@@ -92,7 +93,7 @@ def events() -> EventTable:
 
 def furniture(object_id: int, solid: ConvexSolid, category: str = "sideboard", pose: Any = None) -> SceneObject:
     """An object of one convex part."""
-    part = Part("body", (90, 120, 30), "top", solid)
+    part = Part("body", (90, 120, 30), "top" if category == "sideboard" else None, solid)
     return SceneObject(object_id, category, np.eye(4) if pose is None else pose, (part,))
 
 
@@ -116,7 +117,7 @@ def scene(mesh: bool = True) -> Scene:
     )
     imported = (SceneObject(7, "object", planar(1.0, -1.0, -2.0, 0.4), (surface,)),) if mesh else ()
     outline = np.array([[-1.0, -3.0], [5.0, -3.0], [5.0, 3.0], [-1.0, 3.0]])
-    return Scene("scene-000012", "dining", outline, 2.5, (wall, table, *imported), "plain")
+    return Scene("scene-000012", (Room("dining", outline),), 2.5, (wall, table, *imported), "plain")
 
 
 def occupancy(seed: int = 0, shape: tuple[int, int, int] = (5, 4, 11)) -> OccupancyTruth:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.schema.scene import Scene, SceneObject
+from hsbench.schema.scene import Room, Scene, SceneObject
 from hsbench.synth.furniture import MOVABLE, Style, family
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.finish import clutter_on, curtains
@@ -40,9 +40,8 @@ def build_scene(scene_id: str, seeds: Seeds, config: RoomConfig, families: tuple
     _fill_up(layout, style, seeds, config)
     curtains(layout, style, seeds, config)
     clutter_on(layout, style, seeds, config)
-    return Scene(
-        scene_id, TEMPLATES[template_name].room_type, shell.outline_xy, shell.size_m[2], _objects(layout), style.name
-    )
+    room = Room(TEMPLATES[template_name].room_type, shell.outline_xy)
+    return Scene(scene_id, (room,), shell.size_m[2], _objects(layout), style.name)
 
 
 def _template(rng: np.random.Generator, config: RoomConfig) -> str:

@@ -19,7 +19,7 @@ from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.numerics import quantise_angle, quantise_m
 from hsbench.geometry.transforms import apply, cos_sin, planar
 from hsbench.schema.categories import category
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, OPENING_ROLES, SITTING_M, SITTING_ROLES
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.shell import SKIRTING_M, Shell
@@ -151,7 +151,7 @@ class Layout:
     def __post_init__(self) -> None:
         w, d, h = self.shell.size_m
         # Sills, casings and skirting boards stand out from the walls: the empty room's cells know them.
-        self.walk: WalkMap = walk_map(Scene("shell", "", self.shell.outline_xy, h, tuple(self.structure)))
+        self.walk: WalkMap = walk_map(Scene("shell", (Room("", self.shell.outline_xy),), h, tuple(self.structure)))
         door = self.shell.openings[0]
         self._entry = self.shell.walls[door.wall].point(door.middle_m, ENTRY_INSET_M)
         self._keep_out = [self._opening_zone(i) for i in range(len(self.shell.openings))]

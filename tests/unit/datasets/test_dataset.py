@@ -209,7 +209,8 @@ def test_no_truth_is_reachable_unless_asked_for(rgbd: Path) -> None:
     first = truth.frames[0]
     secrets = [first.depth_m, first.instance, first.semantic]
     secrets += [truth.poses.poses.joints_m, truth.poses.action, truth.poses.match, truth.occupancy.semantic]
-    secrets += [truth.occupancy.state, truth.events.object_id, truth.objects.visible_px, truth.scene.room_xy]
+    secrets += [truth.occupancy.state, truth.events.object_id, truth.objects.visible_px]
+    secrets += [room.outline_xy for room in truth.scene.rooms]
     for secret in secrets:
         assert secret.size
         for array in arrays_of(found):

@@ -37,12 +37,13 @@ from hsbench.schema import (
     EventTable,
     Part,
     PoseTable,
+    Room,
     Scene,
     SceneObject,
     Sensor,
     codec,
 )
-from hsbench.schema.scene import ROLES
+from hsbench.schema.scene import TEXTURES
 
 SEEDS = st.integers(0, 2**32 - 1)
 FLOATS = st.floats(-1e6, 1e6)
@@ -253,8 +254,8 @@ def scenes(draw: st.DrawFn) -> Scene:
     ids = draw(st.lists(st.integers(1, 59999), max_size=4, unique=True).map(sorted))
     colour = st.tuples(*[st.integers(0, 255)] * 3)
 
-    def part() -> Part:
-        role = draw(st.none() | st.sampled_from(sorted(ROLES)))
+    def part(roles: tuple[str, ...]) -> Part:
+        role = draw(st.none() | st.sampled_from(roles)) if roles else None
         kind = draw(st.sampled_from(["box", "cylinder", "mesh", "empty"]))
         name = draw(NAMES)
         if kind == "mesh":
@@ -263,20 +264,23 @@ def scenes(draw: st.DrawFn) -> Scene:
         if kind == "empty":
             return Part(name, draw(colour), role, mesh=(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32)))
         size = tuple(rng.uniform(0.01, 2, 3))
-        return Part(name, draw(colour), role, box(size) if kind == "box" else cylinder(size[0], 0.0, size[1]))
-
-    objects = tuple(
-        SceneObject(
-            object_id,
-            draw(st.sampled_from([c.name for c in CATEGORIES])),
-            rigid(Rotation.random(random_state=int(rng.integers(2**31))).as_matrix(), tuple(rng.normal(size=3))),
-            tuple(part() for _ in range(draw(st.integers(1, 3)))),
-            draw(st.booleans()),
+        return Part(
+            name,
+            draw(colour),
+            role,
+            box(size) if kind == "box" else cylinder(size[0], 0.0, size[1]),
+            texture=draw(st.sampled_from(sorted(TEXTURES))),
         )
-        for object_id in ids
-    )
+
+    def item(object_id: int) -> SceneObject:
+        kind = draw(st.sampled_from(CATEGORIES))
+        pose = rigid(Rotation.random(random_state=int(rng.integers(2**31))).as_matrix(), tuple(rng.normal(size=3)))
+        parts = tuple(part(kind.roles) for _ in range(draw(st.integers(1, 3))))
+        return SceneObject(object_id, kind.name, pose, parts, draw(st.booleans()))
+
+    objects = tuple(item(object_id) for object_id in ids)
     outline = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]) + rng.normal(size=(4, 2)) * 0.1
-    return Scene(draw(NAMES), draw(NAMES), outline, draw(st.floats(0.1, 99)), objects, draw(NAMES))
+    return Scene(draw(NAMES), (Room(draw(NAMES), outline),), draw(st.floats(0.1, 99)), objects, draw(NAMES))
 
 
 @settings(max_examples=50)
@@ -306,7 +310,7 @@ def spoilt(**changes: Any) -> Scene:
         ({"vertex_start": np.array([0, 8])}, "holds 1 parts; expected the 4 described"),
         ({"triangle_start": np.array([0])}, "scene geometry holds"),
         ({"vertex_start": np.array([0, 2, 16, 48, 52])}, "vertices of shape"),
-        ({"description": {"rooms": 1}}, r"scene lacks \[\] and has unknown \['rooms'\]"),
+        ({"description": {"style": "", "area": 1}}, r"scene lacks \[\] and has unknown \['area'\]"),
         ({"description": {"height_m": 250}}, "height_m is 250"),
         ({"description": {"objects": []}}, "holds 4 parts; expected the 0 described"),
         ({"triangles": np.full((200, 3), 99, dtype=np.int32)}, "triangle indices outside"),
@@ -318,7 +322,7 @@ def test_scenes_that_do_not_fit_are_refused(changes: dict[str, Any], message: st
 
 
 def test_a_colour_of_four_channels_is_refused() -> None:
-    description, geometry = codec.scene_to_plain(Scene("s", "r", scene().room_xy, 2.5, (furniture(1, box((1, 1, 1))),)))
+    description, geometry = codec.scene_to_plain(Scene("s", scene().rooms, 2.5, (furniture(1, box((1, 1, 1))),)))
     description["objects"][0]["parts"][0]["colour"] = [1, 2, 3, 4]
     with pytest.raises(SchemaError, match=r"colour \(1, 2, 3, 4\); expected three"):
         codec.scene_from_plain(description, geometry)
@@ -367,7 +371,7 @@ def test_objects() -> None:
 
 
 def test_no_objects() -> None:
-    empty = Scene("s", "r", scene().room_xy, 2.5, ())
+    empty = Scene("s", scene().rooms, 2.5, ())
     assert same(codec.objects_from_table(codec.objects_to_table(object_truth(0), empty)), object_truth(0))
 
 

@@ -24,7 +24,7 @@ from hsbench.errors import SchemaError
 from hsbench.geometry.cameras import EquirectangularCamera, PinholeCamera
 from hsbench.geometry.convex import box
 from hsbench.geometry.transforms import apply, planar
-from hsbench.schema import ActivityMaps, Episode, EpisodeTruth, Frame, Part, category
+from hsbench.schema import ActivityMaps, Episode, EpisodeTruth, Frame, Part, Room, category
 from hsbench.schema.episode import FrameList, check_id
 from hsbench.schema.poses import require
 
@@ -33,9 +33,12 @@ TRIANGLE = (np.eye(3), np.array([[0, 1, 2]], dtype=np.int32))
 MAPS = ActivityMaps(np.zeros((2, 4, 5), dtype=np.float32), ("walk", "sit"), 0.1)
 FRAMES = FrameList((Frame(0), Frame(100_000_000), Frame(250_000_000)))
 EPISODE = Episode("e-1", "d", SENSORS["rgbd"], FRAMES, poses(), 0, 300_000_000, truth=EpisodeTruth(poses=true_poses()))
+OUTLINE = scene().rooms[0].outline_xy
+BODY = Part("body", (1, 2, 3), "seat", CUBE)
 OBJECTS = {
     "sensor": SENSORS["rgbd"],
-    "part": Part("body", (1, 2, 3), "seat", CUBE),
+    "part": BODY,
+    "room": scene().rooms[0],
     "object": furniture(4, CUBE),
     "scene": scene(),
     "poses": poses(),
@@ -110,11 +113,18 @@ FAULTS: list[tuple[str, dict[str, Any], tuple[str, ...]]] = [
     ("object", {"parts": ()}, ("object 4 (sideboard)", "no parts")),
     ("object", {"scene_T_object": np.eye(4) * 2}, ("object 4 (sideboard)", "pose", "no rigid transform")),
     ("object", {"scene_T_object": np.eye(3)}, ("object 4 (sideboard)", "no rigid transform")),
-    ("scene", {"room_xy": np.zeros((2, 2))}, ("scene scene-000012: room_xy", "(2, 2)", "(n >= 3, 2)")),
-    ("scene", {"room_xy": np.zeros((4, 3))}, ("scene scene-000012: room_xy", "(4, 3)", "(n >= 3, 2)")),
-    ("scene", {"room_xy": scene().room_xy[::-1]}, ("scene-000012: room_xy", "clockwise", "expected counter-clockwise")),
-    ("scene", {"room_xy": np.ones((4, 2))}, ("scene-000012: room_xy", "no area")),
-    ("scene", {"room_xy": edited(scene().room_xy, 0, np.nan)}, ("scene-000012: room_xy", "not finite", "metres")),
+    (
+        "object",
+        {"parts": (replace(BODY, role="seat"),)},
+        ("object 4 (sideboard)", "role seat", "expected of its category"),
+    ),
+    ("part", {"texture": "wod"}, ("part 'body'", "'wod'", "expected one of", "wood")),
+    ("room", {"outline_xy": np.zeros((2, 2))}, ("dining room: outline_xy", "2 corners", "at least 3")),
+    ("room", {"outline_xy": np.zeros((4, 3))}, ("dining room: outline_xy", "(4, 3)", "(any, 2)")),
+    ("room", {"outline_xy": OUTLINE[::-1]}, ("dining room: outline_xy", "clockwise", "expected counter-clockwise")),
+    ("room", {"outline_xy": np.ones((4, 2))}, ("dining room: outline_xy", "no area")),
+    ("room", {"outline_xy": edited(OUTLINE, 0, np.nan)}, ("dining room: outline_xy", "not finite", "metres")),
+    ("scene", {"rooms": ()}, ("scene-000012 has no rooms", "at least one")),
     ("scene", {"height_m": 250.0}, ("scene-000012: height_m is 250.0", "expected metres", "centimetres?")),
     ("scene", {"height_m": 0.0}, ("scene-000012: height_m is 0.0", "expected metres")),
     ("scene", {"height_m": np.nan}, ("scene-000012: height_m is nan", "expected metres")),
@@ -337,6 +347,17 @@ def test_a_moved_scene_is_the_same_scene_elsewhere() -> None:
     still, moved = scene(), scene().moved(a_T_scene)
     for a, b in zip(still.objects, moved.objects, strict=True):
         assert np.allclose(apply(a_T_scene, a.vertices), b.vertices, rtol=0, atol=1e-12)
-    outline = np.column_stack([still.room_xy, np.zeros(4)])
-    assert np.allclose(apply(a_T_scene, outline)[:, :2], moved.room_xy, rtol=0, atol=1e-12)
-    assert (moved.scene_id, moved.room_type, moved.style) == (still.scene_id, still.room_type, still.style)
+    for room, there in zip(still.rooms, moved.rooms, strict=True):
+        outline = np.column_stack([room.outline_xy, np.zeros(4)])
+        assert np.allclose(apply(a_T_scene, outline)[:, :2], there.outline_xy, rtol=0, atol=1e-12)
+        assert room.room_type == there.room_type
+        assert room.area_m2 == pytest.approx(there.area_m2, rel=1e-9)
+    assert (moved.scene_id, moved.style) == (still.scene_id, still.style)
+
+
+def test_the_room_of_a_point_holds_it_or_is_nearest() -> None:
+    square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
+    flat = replace(scene(), rooms=(Room("bedroom", square), Room("kitchen", square + [2.2, 0.0])))
+    points = np.array([[1.0, 1.0], [2.05, 1.0], [2.15, 1.0], [3.0, 1.0], [9.0, 9.0]])
+    assert [flat.room_at(p).room_type for p in points] == ["bedroom", "bedroom", "kitchen", "kitchen", "kitchen"]
+    assert flat.contains(points).tolist() == [True, False, False, True, False], "a doorway is in no room"

@@ -32,6 +32,13 @@ NAMES = (
     "side_table", "desk", "night_stand", "wardrobe", "bookshelf", "sideboard", "dresser", "tv_stand", "television",
     "floor_lamp", "plant", "fridge", "kitchen_counter", "kitchen_island", "shelf", "monitor",
     "rug", "curtain", "clutter", "object",
+    "passage",
+    "toilet", "bathtub", "shower", "washbasin", "bathroom_cabinet", "washing_machine", "laundry_basket", "wall_cabinet",
+    "stove", "dishwasher", "meeting_table", "whiteboard", "filing_cabinet", "coat_rack", "shoe_cabinet", "ottoman",
+    "waste_bin", "piano", "bar_stool", "water_cooler", "bunk_bed",
+    "range_hood", "mirror", "towel_rail", "radiator", "picture", "wall_clock", "ceiling_lamp",
+    "table_lamp", "books", "vase", "bowl", "cup", "plate", "bottle", "pot", "laptop", "keyboard", "microwave", "kettle",
+    "cushion", "storage_box",
 )  # fmt: skip
 
 
@@ -46,8 +53,8 @@ def test_category_ids_are_only_ever_appended() -> None:
 
 
 def test_groups_of_categories() -> None:
-    assert {category(n).category_id for n in ("floor", "ceiling", "wall", "door", "window")} == STRUCTURE
-    assert {c.group for c in CATEGORIES} == {"structure", "furniture", "soft", "clutter", "imported"}
+    assert {category(n).category_id for n in ("floor", "ceiling", "wall", "door", "window", "passage")} == STRUCTURE
+    assert {c.group for c in CATEGORIES} == {"structure", "furniture", "fixture", "soft", "clutter", "imported"}
     assert [c.name for c in CATEGORIES if c.group == "soft"] == ["rug", "curtain"]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from hsbench.geometry.convex import span
 from hsbench.geometry.transforms import planar
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Part, Room, Scene, SceneObject
 
 GREY = (120, 120, 120)
 Corner = tuple[float, float, float]
@@ -80,7 +80,7 @@ def shell(width: float, depth: float, door: bool = True) -> list[SceneObject]:
 
 def room(width: float, depth: float, *things: SceneObject, door: bool = True) -> Scene:
     outline = np.array([[0, 0], [width, 0], [width, depth], [0, depth]], dtype=np.float64)
-    return Scene("room", "living", outline, 2.5, (*shell(width, depth, door), *things))
+    return Scene("room", (Room("living", outline),), 2.5, (*shell(width, depth, door), *things))
 
 
 def living_room(seed: int) -> Scene:

@@ -58,7 +58,8 @@ def test_outside_the_room_is_outside_its_outline(episodes: Dataset) -> None:
         truth, scene = episode.truth.occupancy, episode.truth.scene
         x, y, z = np.moveaxis(truth.grid.centres(), -1, 0)
         inside = np.ones(truth.grid.shape, bool)  # the rooms are convex and counter-clockwise
-        for (ax, ay), (bx, by) in zip(scene.room_xy, np.roll(scene.room_xy, -1, axis=0), strict=True):
+        outline = scene.rooms[0].outline_xy
+        for (ax, ay), (bx, by) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
             inside &= (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= 0
         inside &= (z > 0) & (z < scene.height_m)
         differ = inside != (truth.state != VoxelState.OUTSIDE_ROOM)

@@ -12,7 +12,7 @@ from hsbench.geometry.convex import box, span
 from hsbench.geometry.transforms import planar
 from hsbench.io.frame_store import Film, Picture
 from hsbench.io.images import depth_to_mm
-from hsbench.schema import KINECT_V2, Part, PoseTable, Scene, SceneObject, Sensor
+from hsbench.schema import KINECT_V2, Part, PoseTable, Room, Scene, SceneObject, Sensor
 from hsbench.schema.scene import PERSON_ID_OFFSET
 from hsbench.synth.film import SUPERSAMPLE, Filming, room_lighting, scene_meshes
 from hsbench.synth.people import Body, body_mesh
@@ -51,7 +51,7 @@ def scene(*more: SceneObject) -> Scene:
     table = furniture(
         3, part(box((1.0, 0.6, 0.05), (0, 0, 0.9))), part(box((0.1, 0.5, 0.9), (0, 0, 0.45))), at=planar(2.2, -0.6, 0.4)
     )
-    return Scene("s", "living", ROOM, 2.5, (floor, wall, table, *more))
+    return Scene("s", (Room("living", ROOM),), 2.5, (floor, wall, table, *more))
 
 
 def poses(places: dict[int, tuple[tuple[int, float, float, float], ...]]) -> PoseTable:

@@ -65,7 +65,7 @@ def test_every_seed_and_scene_is_another(rgbd: Path, short_recipe: Path, tmp_pat
     other = make(short_recipe, tmp_path / "other", UNITS[:1], seed=1)
     episodes = [*load(rgbd, truth=True), *load(other, truth=True)]
     for view in (
-        lambda e: e.truth.scene.room_xy.tobytes(),
+        lambda e: e.truth.scene.rooms[0].outline_xy.tobytes(),
         lambda e: e.truth.occupancy.semantic.tobytes(),
         lambda e: (e.sensor.height_m, e.sensor.tilt_rad),
         lambda e: e.truth.poses.poses.joints_m.tobytes(),

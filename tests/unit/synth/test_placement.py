@@ -12,7 +12,7 @@ from hsbench.geometry.convex import span
 from hsbench.geometry.polygons import contains
 from hsbench.geometry.rays import cast, pack_solids
 from hsbench.geometry.transforms import is_rigid
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.synth.placement import CameraConfig, place_rgbd
 from hsbench.synth.seeds import Seeds
 
@@ -28,7 +28,7 @@ def room(outline: np.ndarray, *boxes: tuple) -> Scene:
         SceneObject(k, "wardrobe", np.eye(4), (Part("body", (1, 2, 3), solid=span(*corners)),))
         for k, corners in enumerate(boxes, 1)
     )
-    return Scene("s", "living", outline, 2.5, objects)
+    return Scene("s", (Room("living", outline),), 2.5, objects)
 
 
 ROOMS = {
@@ -81,8 +81,10 @@ def test_the_camera_stands_at_the_outskirts_and_in_the_clear(placed) -> None:
         assert is_rigid(pose)
         assert np.array_equal(pose[2], [0.0, 0.0, 1.0, 0.0])  # upright, on the floor
         x, y = pose[:2, 3]
-        assert contains(scene.room_xy, np.array([x, y]))
-        assert distance_to_outline(scene.room_xy, np.array([x, y])) == pytest.approx(CONFIG.wall_distance_m, abs=2e-4)
+        assert contains(scene.rooms[0].outline_xy, np.array([x, y]))
+        assert distance_to_outline(scene.rooms[0].outline_xy, np.array([x, y])) == pytest.approx(
+            CONFIG.wall_distance_m, abs=2e-4
+        )
         lens = np.array([x, y, sensor.height_m])
         for item in scene.objects:
             low, high = item.solids[0].bounds
@@ -152,4 +154,4 @@ def test_pictures_full_of_furniture_come_last() -> None:
 def test_a_room_without_a_clear_place_still_gets_a_camera() -> None:
     full = room(RECTANGLE, ((-1, -1, 0), (6, 5, 2.4)))
     pose, _ = place(full, 0)
-    assert contains(full.room_xy, pose[:2, 3])
+    assert contains(full.rooms[0].outline_xy, pose[:2, 3])

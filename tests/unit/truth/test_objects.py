@@ -11,7 +11,7 @@ from hsbench.geometry.rays import RayImage
 from hsbench.schema.categories import category
 from hsbench.schema.events import EventTable
 from hsbench.schema.occupancy import ObjectTruth, OccupancyTruth
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.schema.states import Evidence, VoxelState
 from hsbench.truth.objects import object_truth
 
@@ -34,7 +34,9 @@ class Volume:
         for object_id, kind in self.kinds.items():
             semantic[self.instance == object_id] = category(kind).category_id
         solid = Part("body", (1, 2, 3), solid=box((1, 1, 1)))
-        scene = Scene("s", "r", ROOM, 2.2, tuple(SceneObject(i, k, np.eye(4), (solid,)) for i, k in self.kinds.items()))
+        scene = Scene(
+            "s", (Room("r", ROOM),), 2.2, tuple(SceneObject(i, k, np.eye(4), (solid,)) for i, k in self.kinds.items())
+        )
         n = len(contacts)
         stamps = np.arange(n, dtype=np.int64)
         ids = np.array([i for i, _ in contacts], dtype=np.int32)

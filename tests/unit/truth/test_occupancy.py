@@ -15,7 +15,7 @@ from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.rays import pack_solids
 from hsbench.geometry.transforms import apply, planar, rigid
 from hsbench.schema.categories import category
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.truth.occupancy import count_subsamples, solid_occupancy
 
 ROOM = np.array([[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]])
@@ -23,7 +23,7 @@ KINDS = ("sofa", "dining_table", "wardrobe", "plant", "rug")
 
 
 def scene_of(*objects: SceneObject) -> Scene:
-    return Scene("s", "living", ROOM, 3.0, objects)
+    return Scene("s", (Room("living", ROOM),), 3.0, objects)
 
 
 def thing(object_id: int, *solids: ConvexSolid, kind: str = "sofa", pose: np.ndarray | None = None) -> SceneObject:

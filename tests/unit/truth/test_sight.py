@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.transforms import planar
 from hsbench.schema.events import EventTable
 from hsbench.schema.occupancy import OccupancyTruth
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.schema.states import Visibility, VoxelState
 from hsbench.truth.objects import object_truth
 from hsbench.truth.occupancy import solid_occupancy
@@ -30,7 +31,7 @@ def scene_of(*solids: ConvexSolid, room_xy: np.ndarray = L_SHAPE) -> Scene:
     objects = tuple(
         SceneObject(k, "sofa", np.eye(4), (Part("body", (1, 2, 3), solid=solid),)) for k, solid in enumerate(solids, 1)
     )
-    return Scene("s", "living", room_xy, 2.3, objects)
+    return Scene("s", (Room("living", room_xy),), 2.3, objects)
 
 
 SCENE = scene_of(
@@ -118,16 +119,24 @@ def test_depth_of_another_size_is_refused(shape: tuple[int, ...]) -> None:
 
 
 def test_inside_the_room_is_within_outline_floor_and_ceiling() -> None:
-    inside = inside_room(SCENE, GRID)
+    inside = inside_room(SCENE, GRID, POSE[:2, 3])
     x, y, z = np.moveaxis(GRID.centres(), -1, 0)
     plan = (x > 0) & (y > -1.5) & (x < 4.0) & (y < 1.6) & ((x < 2.2) | (y < 0.4))
     assert np.array_equal(inside, plan & (z > 0) & (z < 2.3))
 
 
+def test_another_room_is_outside_the_room_of_the_camera() -> None:
+    room = SCENE.rooms[0]
+    next_door = Room("kitchen", room.outline_xy + np.array([10.0, 0.0]))
+    flat = replace(SCENE, rooms=(next_door, room))
+    assert np.array_equal(inside_room(flat, GRID, POSE[:2, 3]), inside_room(SCENE, GRID, POSE[:2, 3]))
+    assert not inside_room(flat, GRID, np.array([11.0, -0.5])).any(), "the grid ends before the kitchen"
+
+
 def test_true_states_know_what_lies_outside_the_room() -> None:
     image = ray_image(SCENE, CAMERA, POSE)
     states = true_states(SCENE, GRID, CAMERA, POSE, image)
-    inside = inside_room(SCENE, GRID)
+    inside = inside_room(SCENE, GRID, POSE[:2, 3])
     assert (states[~inside] == VoxelState.OUTSIDE_ROOM).all()
     assert np.array_equal(states[inside], depth_states(GRID, CAMERA, POSE, image.depth_m)[inside])
     assert VoxelState.OUTSIDE_ROOM not in states[inside]

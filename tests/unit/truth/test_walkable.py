@@ -10,7 +10,7 @@ import pytest
 from hsbench.errors import SchemaError
 from hsbench.geometry.convex import ConvexSolid, box, cylinder, frustum, span
 from hsbench.geometry.transforms import planar
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.truth.walkable import WalkMap, connected, connected_to_doors, door_entries, walk_map
 
 ROOM = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])
@@ -21,7 +21,7 @@ def scene_of(*solids: ConvexSolid, room_xy: np.ndarray = ROOM, category: str = "
         SceneObject(i + 1, category, np.eye(4), (Part("body", (90, 90, 90), solid=solid),))
         for i, solid in enumerate(solids)
     )
-    return Scene("s", "living", room_xy, 2.5, objects)
+    return Scene("s", (Room("living", room_xy),), 2.5, objects)
 
 
 def minkowski(centres: np.ndarray, low: tuple[float, float], high: tuple[float, float], radius: float) -> np.ndarray:
@@ -118,7 +118,7 @@ def test_connection_from_the_door() -> None:
     scene = scene_of(wall)
     leaf = Part("leaf", (200, 200, 200), "door", box((0.9, 0.05, 2.0), (0.0, 0.0, 1.0)))
     door = SceneObject(9, "door", planar(4.05, 1.0, -np.pi / 2), (leaf,))
-    scene = Scene("s", "living", ROOM, 2.5, (*scene.objects, door))
+    scene = Scene("s", (Room("living", ROOM),), 2.5, (*scene.objects, door))
     assert np.allclose(door_entries(scene), [[3.7, 1.0]])
     walk = walk_map(scene)
     assert np.array_equal(connected_to_doors(walk, scene), walk.free & (walk.centres()[..., 0] > 2))
@@ -128,7 +128,7 @@ def test_meshes_are_refused() -> None:
     mesh = (np.eye(3), np.array([[0, 1, 2]], dtype=np.int32))
     item = SceneObject(1, "sofa", np.eye(4), (Part("body", (1, 2, 3), mesh=mesh),))
     with pytest.raises(SchemaError, match="mesh parts"):
-        walk_map(Scene("s", "living", ROOM, 2.5, (item,)))
+        walk_map(Scene("s", (Room("living", ROOM),), 2.5, (item,)))
 
 
 def test_an_impossible_map_cannot_be_built() -> None:
