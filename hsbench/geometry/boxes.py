@@ -21,10 +21,10 @@ upright prism (upright: hull of the footprints x common z range), or the convex 
 upright pair therefore has a GIoU at most that of the same boxes as oriented ones.
 
 Swapping a and b transposes the result, bit for bit. Boxes that a plane parts share exactly 0. The error of an IoU is
-about 1e-15 times the longest over the shortest side of the pair; coordinates far away add their own resolution
-(1e-10 m at 1e6 m) and nothing else, since each pair is moved to its own origin before anything is cut. There is no
-tolerance anywhere (``box_overlap`` says why none is needed), hence no band of relative rotations or distances in which
-results jump.
+about 1e-15 times the longest over the shortest side of the pair, and up to 1e-13 where faces nearly coincide at an
+angle of about 0.01 rad; coordinates far away add their own resolution (1e-10 m at 1e6 m) and nothing else, since each
+pair is moved to its own origin before anything is cut. Nothing is compared with a tolerance (``box_faces`` says why
+none is needed), hence no band of relative rotations or distances in which results jump.
 
 Differences from other scorers
 ------------------------------

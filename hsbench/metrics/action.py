@@ -45,7 +45,7 @@ import numpy as np
 
 from hsbench.errors import SchemaError
 from hsbench.metrics.labels import check_labels
-from hsbench.metrics.segmentation import mean_defined
+from hsbench.metrics.segmentation import mean_defined, unflattened
 from hsbench.metrics.tables import ratio
 from hsbench.typing import AnyArray, BoolArray, FloatArray, IntArray
 
@@ -134,10 +134,12 @@ def score(confusion: AnyArray, classes: Sequence[int] | None = None) -> ActionSc
 
 
 def macro_f1(counts: AnyArray) -> FloatArray:
-    """(..., n * n) flattened confusion matrices -> (...) macro F1, NaN where undefined: the form for resampling."""
-    n = round(counts.shape[-1] ** 0.5)
-    matrices = np.asarray(counts).reshape(*counts.shape[:-1], n, n)
-    sums = matrices.sum(axis=-1) + matrices.sum(axis=-2)
+    """(..., k) flattened confusion matrices -> (...) macro F1, NaN where undefined: the form for resampling.
+
+    k is n^2, or n (n + 1) with missing answers. Raises SchemaError for any other.
+    """
+    matrices = unflattened(counts)
+    sums = matrices.sum(axis=-1) + matrices.sum(axis=-2)[..., : matrices.shape[-2]]
     hits = np.diagonal(matrices, axis1=-2, axis2=-1)
     values = np.where(sums > 0, 2 * hits / np.maximum(sums, 1), 0.0).sum(axis=-1)
     number = (sums > 0).sum(axis=-1)

@@ -1,8 +1,8 @@
 """Average precision: six rules that turn one precision-recall curve into one number, each as its scorer ships it.
 
 All take recall (n,) ascending and precision (n,) at the same detections, highest score first, and return a number in
-0..1; without detections it is 0. They differ on one and the same curve. Five truths, detections right, wrong, right,
-right, wrong, right:
+0..1; without detections it is 0. They raise SchemaError for what is no such curve. They differ on one and the same
+curve. Five truths, detections right, wrong, right, right, wrong, right:
 
 | rule | value | by hand |
 |---|---|---|
@@ -26,6 +26,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from hsbench.errors import SchemaError
 from hsbench.typing import FloatArray
 
 
@@ -36,6 +37,7 @@ def envelope(precision: FloatArray) -> FloatArray:
 
 def area(recall: FloatArray, precision: FloatArray) -> float:
     """Area under the envelope, every step of recall counted (VOC 2010 and later)."""
+    _check(recall, precision)
     return float(np.sum(np.diff(recall, prepend=0.0) * envelope(precision)))
 
 
@@ -56,6 +58,7 @@ def kitti40(recall: FloatArray, precision: FloatArray) -> float:
 
 def av2(recall: FloatArray, precision: FloatArray) -> float:
     """Mean of 101 samples, interpolated linearly between the envelope's points (Argoverse 2)."""
+    _check(recall, precision)
     if not len(recall):
         return 0.0
     return float(np.interp(np.linspace(0.0, 1.0, 101), recall, envelope(precision), right=0.0).mean())
@@ -63,6 +66,7 @@ def av2(recall: FloatArray, precision: FloatArray) -> float:
 
 def nuscenes(recall: FloatArray, precision: FloatArray) -> float:
     """As ``av2`` on the raw precision, above recall .1, less .1, over .9 (nuScenes)."""
+    _check(recall, precision)
     if not len(recall):
         return 0.0
     samples = np.interp(np.linspace(0.0, 1.0, 101), recall, precision, right=0.0)[11:]
@@ -71,7 +75,26 @@ def nuscenes(recall: FloatArray, precision: FloatArray) -> float:
 
 def _sampled(recall: FloatArray, precision: FloatArray, at: FloatArray) -> FloatArray:
     """The envelope at the first detection that reaches a recall, 0 where none does."""
+    _check(recall, precision)
     return np.append(envelope(precision), 0.0)[np.searchsorted(recall, at, side="left")]
+
+
+def _check(recall: FloatArray, precision: FloatArray) -> None:
+    if recall.ndim != 1 or recall.shape != precision.shape:
+        raise SchemaError(
+            f"recall is {recall.shape}, precision {precision.shape}; expected one number a detection each"
+        )
+    for name, values in (("recall", recall), ("precision", precision)):
+        bad = ~((values >= 0.0) & (values <= 1.0))
+        if bad.any():
+            i = int(np.argmax(bad))
+            raise SchemaError(f"{name}[{i}] is {values[i]}; expected 0..1 (percentages? undefined?)")
+    falls = recall[1:] < recall[:-1]
+    if falls.any():
+        i = int(np.argmax(falls)) + 1
+        raise SchemaError(
+            f"recall[{i}] is {recall[i]} after {recall[i - 1]}; expected ascending (swapped with precision?)"
+        )
 
 
 RULES: Mapping[str, Callable[[FloatArray, FloatArray], float]] = {

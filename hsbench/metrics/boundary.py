@@ -33,7 +33,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.metrics.labels import check_labels
+from hsbench.metrics.labels import check_labels, out_of_range
 from hsbench.metrics.segmentation import mean_defined
 from hsbench.metrics.tables import ratio
 from hsbench.typing import AnyArray, BoolArray, IntArray
@@ -62,9 +62,12 @@ def counts(
 ) -> IntArray:
     """Boundary pixels of one image.
 
-    truth, prediction: (h, w) integer labels. Returns (n, 4) int64 per class: predicted boundary pixels near a true one,
-    predicted ones, true ones near a predicted one, true ones. Raises SchemaError for arrays that do not fit.
+    truth, prediction: (h, w) integer labels 0..n_classes-1; where truth is ``ignore``, which may be any integer, the
+    prediction may hold anything. Returns (n, 4) int64 per class: predicted boundary pixels near a true one, predicted
+    ones, true ones near a predicted one, true ones. Raises SchemaError for arrays and labels that do not fit.
     """
+    if n_classes < 1:
+        raise SchemaError(f"n_classes is {n_classes}; expected at least 1")
     check_labels(truth, "truth")
     if truth.ndim != 2 or not truth.size:
         raise SchemaError(f"truth has shape {truth.shape}; expected (h, w): one image at a time")
@@ -73,6 +76,13 @@ def counts(
     if not (np.isfinite(tolerance) and tolerance >= 0):
         raise SchemaError(f"tolerance_px is {tolerance}; expected a number of pixels >= 0")
     valid = np.ones(truth.shape, dtype=bool) if ignore is None else truth != ignore
+    for name, labels, extra in (
+        ("truth", truth, "" if ignore is None else f" or {ignore} (ignore)"),
+        ("prediction", prediction, ""),
+    ):
+        outside = valid & ((labels < 0) | (labels >= n_classes))
+        if outside.any():
+            raise out_of_range(labels, name, outside, n_classes, extra, "ignore" if name == "truth" else None)
     edges = [_edges(labels, valid) for labels in (prediction, truth)]
     rows = []
     for c in range(n_classes):

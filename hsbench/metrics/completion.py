@@ -20,7 +20,7 @@ counts are added first and divided once ("pooled").
 
 Masks. All hsbench masks hold voxels inside the room (state is not OUTSIDE_ROOM), not ignored (truth does not differ
 from t0 for more than half of the episode), and, unless said otherwise, with centre at 0 < z <= 2.0 m and truth not
-floor, ceiling, wall, door or window (``STRUCTURE``).
+floor, ceiling, wall, door, window or the frame of a passage, which is a door without a leaf (``STRUCTURE``).
 
 | region | further condition |
 |---|---|

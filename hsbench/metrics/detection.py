@@ -26,7 +26,8 @@ Protocols
 
 * ``hsbench`` (task object-detection-3d): a truth is hit once, by the highest score; a detection whose best truth is
   difficult does not count. Primary: ``ap``, class-agnostic AP at the first threshold (.25). Beside it AP .5, per
-  class, AR, and recall by size and by the groups of the truths, with all boxes kept and at ``operating_score``.
+  class, AR, precision and F1 of all boxes kept, and recall by size and by the groups of the truths, with all boxes
+  kept and at ``operating_score``.
   Among equally good truths, and among equal scores at the limit, the boxes' own numbers decide, never their order.
 * ``voc``: VoteNet, mmdet3d, KITTI-360. ``ap`` is the mean over classes at the first threshold; AR is the recall with
   all detections, averaged over classes. VoteNet has no difficult truths; given some, the VOC kit's rule holds.

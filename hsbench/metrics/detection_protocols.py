@@ -65,7 +65,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
             False,
             64,
             False,
-            "tests/reference/detection_loop.py, plain sets by the author of this scorer",
+            "tests/reference/detection_from_tasks.py, plain lists by somebody who had not read this scorer",
         ),
         Protocol("voc", (0.25, 0.5), "best", True, None, False, "mmdet3d 1.4.0's indoor_eval, run"),
         Protocol("sunrgbd", (0.25,), "best", False, None, False, "the toolbox's MATLAB functions, run in Octave"),

@@ -78,6 +78,11 @@ class Ranking:
         """Hits over truths with all detections, None without truth."""
         return self.hits / self.truths if self.truths else None
 
+    @property
+    def precision(self) -> float | None:
+        """Hits over detections that count, with all of them, None without any."""
+        return self.hits / (self.hits + self.false) if self.hits + self.false else None
+
     def curve(self) -> Curve | None:
         """Precision and recall from the highest score down; None without truth.
 

@@ -23,6 +23,17 @@ class ClassScore:
         return self.ranking.recall
 
     @property
+    def precision(self) -> float | None:
+        """Hits over detections that count, None without any."""
+        return self.ranking.precision
+
+    @property
+    def f1(self) -> float | None:
+        """Twice the hits over truths and detections that count, None without any."""
+        both = self.truths + self.hits + self.false
+        return 2 * self.hits / both if both else None
+
+    @property
     def truths(self) -> int:
         """Truths that count."""
         return self.ranking.truths

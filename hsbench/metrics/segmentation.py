@@ -215,15 +215,30 @@ def score_scenes(
 
 
 def mean_iou(counts: AnyArray) -> FloatArray:
-    """(..., n * n) flattened confusion matrices -> (...) mean IoU, NaN where undefined: the form for resampling."""
-    n = math.isqrt(counts.shape[-1])
-    matrices = np.asarray(counts).reshape(*counts.shape[:-1], n, n)
+    """(..., k) flattened confusion matrices -> (...) mean IoU, NaN where undefined: the form for resampling.
+
+    k is n^2, or n (n + 1) with missing answers. Raises SchemaError for any other.
+    """
+    matrices = unflattened(counts)
     hits = np.diagonal(matrices, axis1=-2, axis2=-1)
-    unions = matrices.sum(axis=-1) + matrices.sum(axis=-2) - hits
+    unions = matrices.sum(axis=-1) + matrices.sum(axis=-2)[..., : matrices.shape[-2]] - hits
     defined = unions > 0
     ious = np.where(defined, hits / np.where(defined, unions, 1), 0.0)
     number = defined.sum(axis=-1)
     return np.asarray(np.where(number > 0, ious.sum(axis=-1) / np.maximum(number, 1), np.nan))
+
+
+def unflattened(counts: AnyArray) -> AnyArray:
+    """(..., n^2) or (..., n (n + 1)) flattened confusion matrices -> (..., n, n) or (..., n, n + 1)."""
+    flat = np.asarray(counts)
+    k = flat.shape[-1] if flat.ndim else 0
+    n = math.isqrt(k)
+    if not k or k not in (n * n, n * (n + 1)):
+        raise SchemaError(
+            f"counts have shape {flat.shape}; expected (..., n^2), or (..., n (n + 1)) with missing answers"
+            " (matrices? flatten their last two axes)"
+        )
+    return flat.reshape(*flat.shape[:-1], n, k // n)
 
 
 def mean_defined(values: Sequence[float | None]) -> float | None:

@@ -15,7 +15,7 @@ IoU of a class = TP / (row + column - TP); mean IoU over classes 1..n-1 by the p
 
 - ``hsbench-occluded``, ``hsbench-surface-occluded``, ``hsbench-known``: the regions of ``completion``; matrices are
   added first; a class neither true nor predicted is left out of the mean and counted. With category ids, structure
-  (floor, ceiling, wall, door, window) is neither in the mask nor in the mean.
+  (floor, ceiling, wall, door, window, passage) is neither in the mask nor in the mean.
 - ``sscnet``, ``aicnet``, ``3dsketch``, ``monoscene``, ``semantic-kitti``: the table of ``completion_protocols``.
 
 Differences from other scorers

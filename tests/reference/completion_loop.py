@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 FREE, SURFACE, OCCLUDED, OUTSIDE_FOV, OUTSIDE_ROOM, UNKNOWN = 1, 2, 3, 5, 6, 0
-STRUCTURE_NAMES = ("floor", "ceiling", "wall", "door", "window")
+STRUCTURE_NAMES = ("floor", "ceiling", "wall", "door", "window", "passage")
 
 
 def belongs(region, state, semantic, height_m, ignored, swept_s, structure_ids):

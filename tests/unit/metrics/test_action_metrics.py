@@ -64,6 +64,14 @@ def test_vectorised_macro_f1_agrees() -> None:
     assert [None if np.isnan(v) else pytest.approx(v, abs=1e-15) for v in values] == expected
 
 
+def test_missing_answers_can_be_resampled() -> None:
+    matrices = np.random.default_rng(2).integers(0, 9, (6, 4, 5))
+    values = action.macro_f1(matrices.reshape(6, 20))
+    assert values.tolist() == pytest.approx([action.score(m).macro_f1 for m in matrices], abs=1e-15)
+    with pytest.raises(SchemaError, match="missing answers"):
+        action.macro_f1(np.zeros((2, 7), int))
+
+
 @pytest.mark.parametrize("row", PUBLISHED)
 def test_the_published_scorers_own_answers(row: dict) -> None:
     got = segment_counts(digits(row["truth"]), digits(row["prediction"]), background=row["background"])

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hsbench.errors import SchemaError
 from hsbench.metrics.average_precision import RULES
 from hsbench.typing import FloatArray
 
@@ -94,3 +95,69 @@ def test_between_zero_and_one_and_a_false_last_detection_costs_nothing_in_the_ar
     area = RULES["area"]
     assert area(*curve([*outcomes, False], missed)) == area(*curve(outcomes, missed))
     assert area(*curve([False, *outcomes], missed)) <= area(*curve(outcomes, missed))
+
+
+def exactly(outcomes: list[bool], truths: int) -> dict[str, Fraction]:
+    """Every rule in fractions, from its definition: no arrays, no sorting, no library."""
+    points, hits = [], 0
+    for place, hit in enumerate(outcomes, start=1):
+        hits += hit
+        points.append((Fraction(hits, truths), Fraction(hits, place)))
+
+    def best_from(recall: Fraction) -> Fraction:
+        return max((p for r, p in points if r >= recall), default=Fraction(0))
+
+    def sampled(levels: list[Fraction]) -> Fraction:
+        return sum(map(best_from, levels), Fraction(0)) / len(levels)
+
+    def straight(values: list[Fraction], at: Fraction) -> Fraction:
+        """Straight lines between the points; where several have one recall, on the way up the first, then the last."""
+        before = [i for i, (r, _) in enumerate(points) if r <= at]
+        if not before:
+            return values[0]
+        i = before[-1]
+        if i + 1 == len(points):
+            return values[i] if points[i][0] == at else Fraction(0)
+        width = points[i + 1][0] - points[i][0]
+        return values[i] + (values[i + 1] - values[i]) * (at - points[i][0]) / width
+
+    percents = [Fraction(k, 100) for k in range(101)]
+    raw = [p for _, p in points]
+    envelope = [max(raw[i:]) for i in range(len(raw))]
+    steps = [(r, points[i - 1][0] if i else Fraction(0)) for i, (r, _) in enumerate(points)]
+    above = [max(straight(raw, at) - Fraction(1, 10), Fraction(0)) for at in percents[11:]]
+    return {
+        "area": sum(((r - before) * best_from(r) for r, before in steps), Fraction(0)),
+        "voc11": sampled([Fraction(k, 10) for k in range(11)]),
+        "coco101": sampled(percents),
+        "kitti40": sampled([Fraction(k, 40) for k in range(1, 41)]),
+        "av2": sum((straight(envelope, at) for at in percents), Fraction(0)) / 101,
+        "nuscenes": sum(above, Fraction(0)) / 90 / Fraction(9, 10),
+    }
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=30), st.sampled_from([7, 11, 13, 17]))
+def test_every_rule_in_fractions_on_any_curve(outcomes: list[bool], truths: int) -> None:
+    # prime numbers of truths: no recall but 0 and 1 lies on a sample, where a last bit would decide
+    outcomes = [hit and sum(outcomes[:i]) < truths for i, hit in enumerate(outcomes)]
+    tp = np.cumsum(outcomes)
+    recall, precision = tp / truths, tp / np.arange(1, len(tp) + 1)
+    expected = exactly(outcomes, truths)
+    assert expected.keys() == RULES.keys()
+    for name, rule in RULES.items():
+        assert rule(recall, precision) == pytest.approx(float(expected[name]), abs=1e-12), name
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize(
+    ("recall", "precision", "message"),
+    [
+        ([0.5, 1.0], [1.0], r"recall is \(2,\), precision \(1,\)"),
+        ([0.5, 1.2], [1.0, 1.0], r"recall\[1\] is 1.2; expected 0..1"),
+        ([0.5, 1.0], [1.0, np.nan], r"precision\[1\] is nan; expected 0..1 .*undefined"),
+        ([1.0, 0.5], [0.5, 1.0], r"recall\[1\] is 0.5 after 1.0; expected ascending \(swapped"),
+    ],
+)
+def test_what_is_no_curve_is_an_error(rule: str, recall: list[float], precision: list[float], message: str) -> None:
+    with pytest.raises(SchemaError, match=message):
+        RULES[rule](np.array(recall), np.array(precision))

@@ -92,6 +92,14 @@ def test_counts_of_images_add_up_and_turning_changes_nothing() -> None:
     assert boundary.score(got + got) == boundary.score(got)
 
 
+def test_a_prediction_at_an_ignored_pixel_may_be_anything() -> None:
+    truth, prediction = np.array([[0, 0, 9], [0, 1, 9]]), np.array([[0, 0, 77], [0, 1, -1]])
+    assert boundary.score(boundary.counts(truth, prediction, 2, ignore=9, tolerance_px=0)).f_score == (1.0, 1.0)
+
+
+ONES = np.ones((2, 2), int)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -103,6 +111,13 @@ def test_counts_of_images_add_up_and_turning_changes_nothing() -> None:
             "expected a number",
         ),
         (lambda: boundary.score(np.zeros((2, 3), int)), "(classes, 4)"),
+        (lambda: boundary.counts(ONES, ONES, 1), "truth holds 1 at [0, 0]; expected 0..0 (labels counted from 1?)"),
+        (lambda: boundary.counts(ONES * 255, ONES, 2), "pixels without a label? pass ignore=255"),
+        (
+            lambda: boundary.counts(ONES, ONES * -1, 2),
+            "prediction holds -1 at [0, 0]; expected 0..1 (only truth may be",
+        ),
+        (lambda: boundary.counts(ONES, ONES, 0), "n_classes is 0"),
     ],
 )
 def test_bad_input(call, message: str) -> None:

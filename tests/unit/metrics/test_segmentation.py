@@ -214,6 +214,15 @@ def test_vectorised_mean_iou_serves_the_bootstrap() -> None:
     assert got.low < got.estimate < got.high
 
 
+def test_missing_answers_can_be_resampled() -> None:
+    matrices = np.random.default_rng(4).integers(0, 20, (6, 3, 4))
+    values = segmentation.mean_iou(matrices.reshape(6, 12))
+    assert values.tolist() == pytest.approx([score(m).mean_iou for m in matrices], abs=1e-15)
+    for wrong in (matrices[..., :3], np.zeros((2, 7), int), np.zeros((2, 0), int), np.int64(3)):
+        with pytest.raises(SchemaError, match="flatten their last two axes"):
+            segmentation.mean_iou(wrong)
+
+
 def test_counts_beyond_float32_are_exact() -> None:
     matrix = np.array([[2**24 + 1, 2**53 + 1], [0, 1]])
     assert score_scenes([matrix, matrix]).pooled.iou[1] == 2 / (2**54 + 4)
