@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 from hsbench.cli.common import FOLDER, progress
 from hsbench.errors import HsbenchError
+
+if TYPE_CHECKING:
+    from hsbench.synth.generate import Job
 
 
 @click.command(
@@ -33,6 +36,7 @@ from hsbench.errors import HsbenchError
     show_default=True,
     help="Pictures: all, only the one at t0, or none. Poses and truth are always whole.",
 )
+@click.option("--preview", is_flag=True, help="Make no data: draw a plan and a view of each scene to DIR/preview.png.")
 @click.option("--renderer", type=click.Choice(["auto", "pyrender", "raycast"]), default="auto", show_default=True)
 def command(
     recipe: str,
@@ -43,6 +47,7 @@ def command(
     seed: int,
     workers: int,
     frames: str,
+    preview: bool,
     renderer: Literal["auto", "pyrender", "raycast"],
 ) -> None:
     """Make a data set from RECIPE, a bundled recipe's name or the path of a folder with one.
@@ -60,9 +65,24 @@ def command(
             f"--episodes {episodes} chooses nothing of size {size}" + (f", split {split}" if split else "")
         )
     job = Job(recipe, seed, tuple(units), frames, renderer)
+    if preview:
+        _preview(job, out)
+        return
     made = sum(1 for _ in progress(generate(job, out, workers), len(units), "generate"))
     click.echo(f"{out}: {len(units)} episodes ({made} made now)")
     click.echo(f"next: hsbench verify {out}")
+
+
+def _preview(job: Job, out: Path) -> None:
+    from hsbench.io.atomic import write_bytes
+    from hsbench.io.images import encode_png
+    from hsbench.synth.generate import preview
+    from hsbench.viz.contact_sheet import scene_cell, sheet
+
+    cells = [scene_cell(episode) for episode in progress(preview(job), len(job.units), "preview", "scene")]
+    path = out / "preview.png"
+    write_bytes(path, encode_png(sheet(cells)))
+    click.echo(path)
 
 
 def parse_slice(text: str | None) -> slice:

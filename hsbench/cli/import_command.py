@@ -1,8 +1,9 @@
-"""``hsbench import sscnet`` and ``hsbench import kinect-csv``."""
+"""``hsbench import sscnet``, ``hsbench import kinect-csv`` and ``hsbench import scene``."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 
 import click
@@ -94,6 +95,44 @@ def kinect(
 
         save_activity_map(map_png, episode)
         click.echo(f"activity map: {map_png}")
+
+
+@command.command(epilog="Example: hsbench import scene flat.glb --labels flat.csv --out scenes/flat")
+@click.argument("source", type=ANY_PATH, metavar="FILE")
+@click.option("--labels", type=FILE, metavar="TABLE", help="Which node is what: .csv, .tsv or .json.")
+@click.option("--out", required=True, type=FOLDER, metavar="DIR", help="New folder for the scene.")
+@click.option("--name", metavar="ID", help="Scene id; default: the file's name.")
+@click.option("--default", metavar="CATEGORY", help="Category of nodes without a label, such as object.")
+@click.option("--up", type=click.Choice(["y", "z"]), help="Axis of height; default: the format's, y for OBJ.")
+@click.option("--scale", type=float, default=1.0, show_default=True, help="Metres per unit.")
+@click.option("--assets", type=FOLDER, metavar="DIR", help="Where referenced files lie; default: the folder of FILE.")
+def scene(
+    source: Path, labels: Path | None, out: Path, name: str | None, default: str | None, up: str | None, scale: float,
+    assets: Path | None,
+) -> None:  # fmt: skip
+    """A furnished room in a 3D FILE: glTF, GLB, OBJ, a list of models, a Habitat scene; or a folder with one of them.
+
+    Its objects get boxes, roles and solid voxels, its rooms a walkable floor, as generated scenes have them.
+    """
+    from hsbench.datasets.importers.scene_to_folder import import_to_folder
+
+    imported, truth = import_to_folder(
+        source, labels, out, name=name, default=default, up=up, scale=scale, assets=assets
+    )
+    for note in imported.notes:
+        click.echo(f"note: {note}", err=True)
+    found = imported.scene
+    counts = Counter(item.category_name for item in found.objects)
+    area = sum(room.area_m2 for room in found.rooms)
+    click.echo(
+        f"{out}: {len(found.objects)} objects, {len(found.rooms)} rooms of {area:.1f} m2, {found.height_m:.2f} m high"
+    )
+    click.echo(", ".join(f"{number} {category}" for category, number in sorted(counts.items())))
+    click.echo(
+        f"{int(truth.occupancy.solid.sum()):,} solid voxels of {truth.occupancy.grid.voxel_m * 100:g} cm, "
+        f"{truth.walk.free.sum() * truth.walk.cell_m**2:.1f} m2 walkable"
+    )
+    click.echo(f"next: hsbench export {out} --plan plan.svg")
 
 
 def _tilt(tilt_rad: float) -> str:

@@ -10,12 +10,30 @@ from hsbench.cli.common import FOLDER, json_option, print_json, progress
 from hsbench.errors import HsbenchError
 
 
-@click.command(epilog="Example: hsbench verify data/rgbd", short_help="check a data set's files and contents")
-@click.argument("data", type=FOLDER)
+@click.command(
+    epilog="Examples: hsbench verify data/rgbd; hsbench verify --scenes 100",
+    short_help="check a data set's files and contents, or the scene generator",
+)
+@click.argument("data", type=FOLDER, required=False)
+@click.option("--scenes", type=click.IntRange(min=1), metavar="N", help="Build and examine N generated scenes instead.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the scenes.")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes for the scenes.")
 @json_option
 @click.pass_context
-def command(context: click.Context, data: Path, as_json: bool) -> None:
-    """Check DATA: every file against its sha256, every episode against the schema. Lists every fault."""
+def command(
+    context: click.Context, data: Path | None, scenes: int | None, seed: int, workers: int, as_json: bool
+) -> None:
+    """Check DATA: every file against its sha256, every episode against the schema. Lists every fault.
+
+    With --scenes N: build N homes, offices and single rooms, and check what the generator promises of them.
+    """
+    if (data is None) == (scenes is None):
+        raise HsbenchError("verify takes a data set or --scenes N, one of the two")
+    sound = _verify_data(data, as_json) if data is not None else _verify_scenes(scenes or 0, seed, workers, as_json)
+    context.exit(0 if sound else 2)
+
+
+def _verify_data(data: Path, as_json: bool) -> bool:
     from hsbench.datasets.dataset import load
     from hsbench.datasets.verify import verify_episode, verify_files
 
@@ -32,4 +50,23 @@ def command(context: click.Context, data: Path, as_json: bool) -> None:
         for fault in faults:
             click.echo(f"fault: {fault}", err=True)
         click.echo(f"{data}: {len(episodes)} episodes, {len(faults)} faults")
-    context.exit(2 if faults else 0)
+    return not faults
+
+
+def _verify_scenes(count: int, seed: int, workers: int, as_json: bool) -> bool:
+    from dataclasses import asdict
+
+    from hsbench.synth.survey import promises, survey
+
+    found = list(progress(survey(range(count), seed, workers), count, "verify", "scene"))
+    lines = promises(found)
+    if as_json:
+        print_json({"scenes": [asdict(s) for s in found], "promises": [asdict(line) for line in lines]})
+    else:
+        for scene in found:
+            for fault in (*scene.faults.penetrating, *scene.faults.floating, *scene.faults.blocked_doors):
+                click.echo(f"fault: scene {scene.number}: {fault}", err=True)
+        width = max(len(line.name) for line in lines)
+        for line in lines:
+            click.echo(f"{line.name:<{width}}  {line.measured}{'' if line.kept else '  NOT KEPT'}")
+    return all(line.kept for line in lines)

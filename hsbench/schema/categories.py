@@ -42,20 +42,20 @@ _ROWS: tuple[tuple[str, str], ...] = (
 """(group, names) in the order of ids. Lines are only ever added at the end."""
 
 _ROLES: dict[str, str] = {
-    "seat": "sofa armchair chair stool office_chair bench toilet ottoman bar_stool piano",
+    "seat": "sofa armchair chair stool office_chair bench toilet ottoman bar_stool",
     "mattress": "bed bunk_bed",
     "top": "dining_table coffee_table side_table desk night_stand sideboard dresser tv_stand kitchen_counter"
     " kitchen_island meeting_table washbasin bathroom_cabinet filing_cabinet shoe_cabinet washing_machine dishwasher",
     "shelf": "bookshelf shelf bathroom_cabinet coat_rack coffee_table side_table night_stand tv_stand sideboard desk"
     " wall_cabinet kitchen_counter kitchen_island wardrobe shoe_cabinet",
     "door": "door wardrobe sideboard tv_stand kitchen_counter kitchen_island wall_cabinet bathroom_cabinet shoe_cabinet"
-    " shower",
+    " shower washbasin",
     "drawer": "desk night_stand dresser sideboard tv_stand kitchen_counter kitchen_island filing_cabinet"
-    " bathroom_cabinet wardrobe",
+    " bathroom_cabinet wardrobe washbasin",
     "handle": "door window wardrobe sideboard dresser desk night_stand tv_stand kitchen_counter kitchen_island fridge"
-    " wall_cabinet bathroom_cabinet filing_cabinet stove dishwasher shoe_cabinet shower toilet",
+    " wall_cabinet bathroom_cabinet filing_cabinet stove dishwasher shoe_cabinet shower toilet washbasin",
     "screen": "television monitor laptop",
-    "switch": "wall floor_lamp table_lamp stove",
+    "switch": "wall floor_lamp table_lamp stove kitchen_counter",
     "tap": "kitchen_counter kitchen_island washbasin bathtub shower water_cooler",
     "front": "kitchen_counter kitchen_island fridge stove dishwasher washing_machine microwave piano",
     "board": "whiteboard",

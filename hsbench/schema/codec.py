@@ -18,7 +18,13 @@ from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.grids import VoxelGrid, pack_bits, unpack_bits
 from hsbench.schema.episode import ActivityMaps
 from hsbench.schema.events import EventTable
-from hsbench.schema.occupancy import AffordanceTruth, ObjectTruth, OccupancyTruth
+from hsbench.schema.occupancy import (
+    AffordanceTruth,
+    AffordanceVoxels,
+    ObjectTruth,
+    OccupancyTruth,
+    PartAffordances,
+)
 from hsbench.schema.poses import PoseTable, TruePoseTable
 from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.schema.sensor import Sensor
@@ -303,13 +309,38 @@ def objects_from_table(table: pa.Table) -> ObjectTruth:
 
 
 def affordance_to_arrays(truth: AffordanceTruth) -> Arrays:
-    """Top-down affordance as arrays; ``cell_m`` a 0-d array."""
-    return {"labels": truth.labels, "ignored": truth.ignored, "cell_m": np.array(truth.cell_m)}
+    """Affordance as arrays: top-down ``labels`` and ``ignored``, ``cell_m`` 0-d, and where known the parts (``part_*``)
+    and the voxels with their grid (``voxel_*``).
+    """
+    arrays: Arrays = {"labels": truth.labels, "ignored": truth.ignored, "cell_m": np.array(truth.cell_m)}
+    if (parts := truth.parts) is not None:
+        arrays |= {
+            "part_object_id": parts.object_id,
+            "part_index": parts.part_index,
+            "part_name": np.array(parts.part, dtype=np.str_),
+            "part_labels": parts.labels,
+        }
+    if (voxels := truth.voxels) is not None:
+        arrays |= {
+            "voxel_labels": voxels.labels,
+            "voxel_origin_m": np.array(voxels.grid.origin_m),
+            "voxel_m": np.array(voxels.grid.voxel_m),
+        }
+    return arrays
 
 
 def affordance_from_arrays(arrays: Mapping[str, AnyArray]) -> AffordanceTruth:
     """The inverse of ``affordance_to_arrays``."""
-    return AffordanceTruth(arrays["labels"], arrays["ignored"], float(arrays["cell_m"]))
+    parts = voxels = None
+    if "part_labels" in arrays:
+        names = tuple(map(str, arrays["part_name"]))
+        parts = PartAffordances(arrays["part_object_id"], arrays["part_index"], names, arrays["part_labels"])
+    if "voxel_labels" in arrays:
+        labels = arrays["voxel_labels"]
+        x, y, z = arrays["voxel_origin_m"].tolist()
+        nx, ny, nz = labels.shape
+        voxels = AffordanceVoxels(VoxelGrid((x, y, z), (nx, ny, nz), float(arrays["voxel_m"])), labels)
+    return AffordanceTruth(arrays["labels"], arrays["ignored"], float(arrays["cell_m"]), parts, voxels)
 
 
 def activity_maps_to_arrays(maps: ActivityMaps) -> Arrays:

@@ -9,7 +9,7 @@ import numpy as np
 from hsbench.errors import SchemaError
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.schema.poses import require
-from hsbench.schema.states import Evidence, Visibility, VoxelState
+from hsbench.schema.states import Affordance, Evidence, Visibility, VoxelState
 from hsbench.typing import BoolArray, Float32Array, Int32Array, IntArray, UInt8Array, UInt16Array
 
 
@@ -99,18 +99,66 @@ class ObjectTruth:
 
 
 @dataclass(frozen=True, eq=False)
-class AffordanceTruth:
-    """Top-down affordance: (h, w) uint8 bit field of ``Affordance`` per cell, and which cells are ignored.
+class PartAffordances:
+    """What each part of a scene affords, one entry a part, in the scene's order.
 
-    Row 0 is the largest x (forward), column 0 the largest y (left), centred on the camera, ``cell_m`` a side.
+    object_id, part_index: (P,) int32, the index counts within the object. part: names. labels: (P,) uint8 bit field of
+    ``Affordance``: a bit is set if it is for any point of the part's surface.
+    """
+
+    object_id: Int32Array
+    part_index: Int32Array
+    part: tuple[str, ...]
+    labels: UInt8Array
+
+    def __post_init__(self) -> None:
+        n = len(self.part)
+        require(self.object_id, "part affordances.object_id", (n,), np.int32)
+        require(self.part_index, "part affordances.part_index", (n,), np.int32)
+        require(self.labels, "part affordances.labels", (n,), np.uint8)
+        _check_bits(self.labels, "part affordances.labels")
+        if len(np.unique(np.column_stack([self.object_id, self.part_index]), axis=0)) != n:
+            raise SchemaError("part affordances name a part twice; expected one entry a part")
+
+
+@dataclass(frozen=True, eq=False)
+class AffordanceVoxels:
+    """Labelled surfaces in voxels: bit field of ``Affordance``, uint8 of the grid's shape, in the episode frame.
+
+    A voxel has the labels of the surfaces that pass through it; the floor lies in the layer that begins at z = 0.
+    """
+
+    grid: VoxelGrid
+    labels: UInt8Array
+
+    def __post_init__(self) -> None:
+        require(self.labels, "affordance voxels.labels", self.grid.shape, np.uint8)
+        _check_bits(self.labels, "affordance voxels.labels")
+
+
+@dataclass(frozen=True, eq=False)
+class AffordanceTruth:
+    """Affordance of a scene at t0, from above, and where known per part and per voxel of its surfaces.
+
+    labels: (h, w) uint8 bit field of ``Affordance`` per cell. ignored: (h, w) bool. Row 0 is the largest x (forward),
+    column 0 the largest y (left), centred on the camera, ``cell_m`` a side.
     """
 
     labels: UInt8Array
     ignored: BoolArray
     cell_m: float = 0.05
+    parts: PartAffordances | None = None
+    voxels: AffordanceVoxels | None = None
 
     def __post_init__(self) -> None:
         require(self.labels, "affordance.labels", (None, None), np.uint8)
         require(self.ignored, "affordance.ignored", self.labels.shape, np.bool_)
+        _check_bits(self.labels, "affordance.labels")
         if not self.cell_m > 0:
             raise SchemaError(f"affordance.cell_m is {self.cell_m}; expected metres > 0")
+
+
+def _check_bits(labels: UInt8Array, name: str) -> None:
+    last = max(Affordance)
+    if labels.size and labels.max() >= 2 << last:
+        raise SchemaError(f"{name} holds {labels.max()}; expected bits 0..{last} of Affordance")

@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from multiprocessing import active_children, get_context
@@ -27,7 +28,7 @@ from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, is_indexed, 
 from hsbench.io.episodes import write_episode
 from hsbench.io.locks import sole_writer
 from hsbench.io.strict_json import read_json
-from hsbench.schema import SCHEMA_VERSION
+from hsbench.schema import SCHEMA_VERSION, Episode
 from hsbench.schema.categories import CATEGORIES
 from hsbench.synth.recipes import Recipe, Unit, find_recipe
 from hsbench.synth.render import Renderer, RendererName, open_renderer, resolve
@@ -126,22 +127,43 @@ def _remove_leftovers(out: Path) -> None:
 
 def make_unit(job: Job, unit: tuple[int, str], out: Path) -> list[str]:
     """Make one unit and return the ids of its episodes. A failure names recipe, seed and scene number."""
+    number, split = unit
+    renderer = None if job.frames == "none" else _renderer(job.renderer).name
+    made = []
+    with _named(job, number):
+        for episode in _built(job, unit):
+            folder = out / EPISODES_FOLDER / episode.episode_id
+            write_episode(folder, episode, f"scene-{number:06d}", split, renderer)
+            made.append(episode.episode_id)
+    return made
+
+
+def preview(job: Job) -> Iterator[Episode]:
+    """The first episode of each unit, in memory, with nothing but the picture at t0: what ``job`` would make."""
+    job = replace(job, frames="reference", renderer=resolve(job.renderer))
+    for unit in job.units:
+        with _named(job, unit[0]):
+            yield next(_built(job, unit))
+
+
+def _built(job: Job, unit: tuple[int, str]) -> Iterator[Episode]:
     recipe = find_recipe(job.recipe)
     number, split = unit
     renderer = None if job.frames == "none" else _renderer(job.renderer)
     seeds = Seeds(job.seed).child("scene").child(number)
-    made = []
+    return recipe.build(recipe.config, Unit(seeds, number, split, job.frames, renderer))
+
+
+@contextmanager
+def _named(job: Job, number: int) -> Iterator[None]:
+    """Failures inside name recipe, seed and scene number."""
     try:
-        for episode in recipe.build(recipe.config, Unit(seeds, number, split, job.frames, renderer)):
-            folder = out / EPISODES_FOLDER / episode.episode_id
-            write_episode(folder, episode, f"scene-{number:06d}", split, None if renderer is None else renderer.name)
-            made.append(episode.episode_id)
+        yield
     except Exception as error:
-        where = f"recipe {recipe.name}, seed {job.seed}, scene number {number}"
+        where = f"recipe {find_recipe(job.recipe).name}, seed {job.seed}, scene number {number}"
         if isinstance(error, HsbenchError):
             raise DataError(f"{where}: {error}") from error
         raise RuntimeError(f"{where}: {type(error).__name__}: {error}") from error
-    return made
 
 
 def episode_id(recipe_name: str, number: int) -> str:

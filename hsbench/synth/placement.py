@@ -50,7 +50,7 @@ class CameraConfig:
 
 
 def place_rgbd(scene: Scene, config: CameraConfig, rng: np.random.Generator) -> tuple[FloatArray, Sensor]:
-    """(scene_T_episode (4, 4), sensor) of a camera at the outskirts of a scene given in its own frame.
+    """(scene_T_episode (4, 4), sensor) of a camera at the outskirts of the largest room, the scene in its own frame.
 
     Of the ``choose_from`` positions that see most floor, one is drawn; positions inside furniture, or with more
     than ``near_share`` of the picture closer than ``near_m``, come last.
@@ -61,7 +61,7 @@ def place_rgbd(scene: Scene, config: CameraConfig, rng: np.random.Generator) -> 
     draw = int(rng.integers(config.choose_from))
     sensor = Sensor("rgbd", config.camera, height_m, tilt_rad)
     solids = [solid for item in scene.objects for solid in item.solids]
-    outline = scene.rooms[0].outline_xy
+    outline = max(scene.rooms, key=lambda room: room.area_m2).outline_xy
     floor = _floor_points(outline, config.spacing_m)
     outskirts = _outskirts(outline, config)
     clear = [p[_is_clear(p, height_m, solids, config.clearance_m)] for p in (outskirts, floor)]

@@ -2,17 +2,20 @@
 
 Task scene-completion: a voxel is solid if any of its 5 x 5 x 5 sub-sample points, at (i + 1/2) / 5 of its
 side, lies in a solid. The label is the object that holds most of the points; the lower id on a tie.
+What mesh parts of imported objects hold is said in ``truth.meshes``.
 """
 
 from __future__ import annotations
 
+import warnings
+
 import numba
 import numpy as np
 
-from hsbench.errors import SchemaError
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.rays import PackedSolids, pack_solids
 from hsbench.schema.scene import Scene
+from hsbench.truth.meshes import count_mesh_subsamples, has_mesh, mesh_body
 from hsbench.typing import FloatArray, IntArray, UInt8Array, UInt16Array
 
 SUBSAMPLES = 5  # task scene-completion
@@ -21,15 +24,20 @@ SUBSAMPLES = 5  # task scene-completion
 def solid_occupancy(scene: Scene, grid: VoxelGrid) -> tuple[UInt8Array, UInt16Array]:
     """(semantic, instance) of a scene in the grid's frame: uint8 category ids and uint16 object ids, 0 = free.
 
-    Raises SchemaError for an object with mesh parts: they have no interior to test.
+    Warns once, naming the objects with open meshes: of those only the surface is solid.
     """
     semantic = np.zeros(grid.shape, dtype=np.uint8)
     instance = np.zeros(grid.shape, dtype=np.uint16)
     most = np.zeros(grid.shape, dtype=np.uint8)
+    opened: list[str] = []
     for item in scene.objects:
-        if len(item.solids) != len(item.parts):
-            raise SchemaError(f"object {item.object_id} ({item.category_name}) has mesh parts; expected convex solids")
-        held = count_subsamples(pack_solids(item.solids), grid)
+        if has_mesh(item):
+            body = mesh_body(item)
+            held = count_mesh_subsamples(body, grid, SUBSAMPLES)
+            if body.open_share > 0:
+                opened.append(f"{item.object_id} {item.category_name} {max(body.open_share, 0.01):.0%}")
+        else:
+            held = count_subsamples(pack_solids(item.solids), grid)
         if held is None:
             continue
         low, counts = held
@@ -38,6 +46,11 @@ def solid_occupancy(scene: Scene, grid: VoxelGrid) -> tuple[UInt8Array, UInt16Ar
         most[window][wins] = counts[wins]
         semantic[window][wins] = item.category.category_id
         instance[window][wins] = item.object_id
+    if opened:
+        found = ", ".join(opened)
+        warnings.warn(
+            f"meshes with open pieces (share of area), of which only the surface is solid: {found}", stacklevel=2
+        )
     return semantic, instance
 
 

@@ -17,14 +17,24 @@ from hsbench.geometry.rays import RayImage, cast, pack_solids
 from hsbench.geometry.transforms import apply, invert
 from hsbench.schema.scene import Scene
 from hsbench.schema.states import VoxelState
+from hsbench.truth.meshes import body_depth, has_mesh, mesh_body
 from hsbench.typing import AnyArray, BoolArray, FloatArray, UInt8Array
 
 
 def ray_image(scene: Scene, camera: PinholeCamera, world_T_camera: FloatArray) -> RayImage:
-    """Exact image of a scene's convex parts; the owner of a pixel is the index of its object in ``scene.objects``."""
-    solids = [solid for item in scene.objects for solid in item.solids]
-    owner = np.repeat(np.arange(len(scene.objects)), [len(item.solids) for item in scene.objects])
-    return cast(camera, world_T_camera, pack_solids(solids), owner.astype(np.int32), len(scene.objects))
+    """Exact image of a scene; the owner of a pixel is the index of its object in ``scene.objects``."""
+    convex = [() if has_mesh(item) else item.solids for item in scene.objects]
+    owner = np.repeat(np.arange(len(convex)), [len(solids) for solids in convex])
+    solids = pack_solids([solid for solids in convex for solid in solids])
+    image = cast(camera, world_T_camera, solids, owner.astype(np.int32), len(convex))
+    for k, item in enumerate(scene.objects):
+        if has_mesh(item):
+            depth_m = body_depth(mesh_body(item), camera, world_T_camera)
+            image.amodal_px[k] = np.isfinite(depth_m).sum()
+            nearer = (depth_m < image.depth_m) | (np.isfinite(depth_m) & (depth_m == image.depth_m) & (k < image.owner))
+            image.depth_m[nearer] = depth_m[nearer]
+            image.owner[nearer] = k
+    return image
 
 
 def surface_margin_m(voxel_m: float) -> float:

@@ -16,8 +16,10 @@ from scipy import ndimage
 
 from hsbench.errors import SchemaError
 from hsbench.geometry.convex import ConvexSolid
-from hsbench.geometry.polygons import contains, outline_distance
+from hsbench.geometry.polygons import contains
 from hsbench.schema.scene import Scene
+from hsbench.truth.doorways import Doorway, doorways
+from hsbench.truth.meshes import MeshBody, columns_inside, has_mesh, mesh_body
 from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
 
 RADIUS_M = 0.25  # task affordance-topdown
@@ -26,6 +28,7 @@ CELL_M = 0.05
 STEP_M = 0.02
 LAST_BITS_M = 1e-9  # a distance so near to the radius is the radius: ties are the same on every machine
 TOUCH_M = 1e-6  # a slice thinner than this is a touch, not a hit: lengths are quantised to .1 mm
+ON_LINE_M = 1e-3  # a doorway so near to an outline is on it: both are quantised to .1 mm
 SNAP_M = 0.5  # a start point may lie this far from the free cell it stands for
 ENTRY_INSET_M = RADIUS_M + CELL_M  # an entry lies so far inside the room that a body there clears the wall
 
@@ -58,6 +61,14 @@ class WalkMap:
         return index, np.asarray(inside.all(axis=-1))
 
 
+@dataclass(frozen=True, eq=False)
+class Shadows:
+    """Convex outlines on the floor of what a body can hit: points (P, 2), and where each outline starts (S + 1,)."""
+
+    points: FloatArray
+    start: IntArray
+
+
 def walk_map(
     scene: Scene,
     radius_m: float = RADIUS_M,
@@ -65,23 +76,25 @@ def walk_map(
     cell_m: float = CELL_M,
     step_m: float = STEP_M,
 ) -> WalkMap:
-    """Cells of the room where an upright cylinder touches nothing between ``step_m`` and ``head_room_m``.
+    """Cells of rooms and doorways where an upright cylinder touches nothing between ``step_m`` and ``head_room_m``.
 
     The obstacle of a convex part is the shadow on the floor of its slice between the two heights; a cell is free
-    where its centre is inside the room and farther than ``radius_m`` from every obstacle and from the outline.
-    Raises SchemaError for an object with mesh parts.
+    where its centre is in a room or doorway and farther than ``radius_m`` from every obstacle and from the outlines,
+    which are open at doorways. What closes a doorway is the leaf of its door.
+    Of objects with mesh parts each triangle casts the shadow of its slice; inside their closed pieces nobody stands.
     """
-    origin_xy, shape = _grid(np.concatenate([room.outline_xy for room in scene.rooms]), cell_m)
-    centres = WalkMap(origin_xy, np.zeros(shape, dtype=np.bool_), cell_m).centres()
-    free = np.zeros(shape, dtype=np.bool_)
-    for room in scene.rooms:
-        far = outline_distance(room.outline_xy, centres) > radius_m + LAST_BITS_M
-        free |= contains(room.outline_xy, centres) & far
-    walk = WalkMap(origin_xy, free, cell_m)
-    for item in scene.objects:
-        if len(item.solids) != len(item.parts):
-            raise SchemaError(f"object {item.object_id} ({item.category_name}) has mesh parts; expected convex solids")
-    return blocked(walk, [s for item in scene.objects for s in item.solids], radius_m, head_room_m, step_m)
+    ways = doorways(scene)
+    walk = _floor(scene, ways, cell_m)
+    barriers = _barriers(scene, ways)
+    start = np.arange(0, 2 * len(barriers) + 1, 2, dtype=np.int64)
+    walk = shaded(walk, Shadows(np.ascontiguousarray(barriers.reshape(-1, 2)), start), radius_m)
+    solids = [s for item in scene.objects if not has_mesh(item) for s in item.solids]
+    walk = blocked(walk, solids, radius_m, head_room_m, step_m)
+    for body in (mesh_body(item) for item in scene.objects if has_mesh(item)):
+        walk = shaded(walk, _mesh_shadows(body, head_room_m, step_m), radius_m)
+        inside = columns_inside(body, walk.origin_xy, walk.free.shape, walk.cell_m, (step_m + head_room_m) / 2)
+        walk = WalkMap(walk.origin_xy, walk.free & ~inside, walk.cell_m)
+    return walk
 
 
 def blocked(
@@ -92,9 +105,23 @@ def blocked(
     step_m: float = STEP_M,
 ) -> WalkMap:
     """The map after more solids (in its frame) have been put into the room; the given one stays as it is."""
+    return shaded(walk, shadows(solids, head_room_m, step_m), radius_m)
+
+
+def shadows(solids: Sequence[ConvexSolid], head_room_m: float = HEAD_ROOM_M, step_m: float = STEP_M) -> Shadows:
+    """The shadows of slices between the two heights; solids that only touch the slice have none."""
+    if not solids:
+        return Shadows(np.empty((0, 2)), np.zeros(1, dtype=np.int64))
+    vertices, triangles = [s.vertices for s in solids], [s.triangles for s in solids]
+    rows = [(len(v), len(t)) for v, t in zip(vertices, triangles, strict=True)]
+    first = np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(rows, axis=0)])
+    return Shadows(*_shadows(np.concatenate(vertices), np.concatenate(triangles), first, step_m, head_room_m))
+
+
+def shaded(walk: WalkMap, obstacles: Shadows, radius_m: float = RADIUS_M) -> WalkMap:
+    """The map without the cells whose centre is within ``radius_m`` of a shadow (in its frame)."""
     free = walk.free.copy()
-    for solid in solids:
-        _block(solid.vertices, solid.triangles, step_m, head_room_m, walk.origin_xy, walk.cell_m, radius_m, free)
+    _block(obstacles.points, obstacles.start, walk.origin_xy, walk.cell_m, radius_m, free)
     return WalkMap(walk.origin_xy, free, walk.cell_m)
 
 
@@ -103,51 +130,93 @@ def connected(walk: WalkMap, from_xy: FloatArray) -> BoolArray:
 
     The walk starts at the free cell nearest to the point; nothing is reached if none lies within ``SNAP_M``.
     """
-    labels, _ = ndimage.label(walk.free)
-    distance = np.linalg.norm(walk.centres() - np.asarray(from_xy, dtype=np.float64), axis=-1)
-    distance[~walk.free] = np.inf
-    start = np.unravel_index(int(np.argmin(distance)), distance.shape)
-    if not distance[start] <= SNAP_M:
-        return np.zeros_like(walk.free)
-    return np.asarray(labels == labels[start])
+    return _connected(walk, np.asarray(from_xy, dtype=np.float64).reshape(1, 2))
 
 
 def door_entries(scene: Scene, inset_m: float = ENTRY_INSET_M) -> FloatArray:
-    """(D, 2) a point for each door, ``inset_m`` inside the room in front of the middle of the door."""
-    outline = scene.rooms[0].outline_xy
-    start, end = outline, np.roll(outline, -1, axis=0)
-    along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
-    inward = np.column_stack([-along[:, 1], along[:, 0]])
-    entries = []
-    for item in scene.objects:
-        if item.category_name == "door":
-            middle = item.box[:2]
-            foot = _feet(start, end, middle)
-            edge = int(np.argmin(np.linalg.norm(foot - middle, axis=1)))
-            entries.append(foot[edge] + inset_m * inward[edge])
-    return np.array(entries).reshape(-1, 2)
+    """(D, 2) a point in front of each side of every door and passage that lies at a room, ``inset_m`` inside it."""
+    entries = [way.feet + inset_m * way.inward for way in doorways(scene)]
+    return np.concatenate([np.empty((0, 2)), *entries])
 
 
 def connected_to_doors(walk: WalkMap, scene: Scene) -> BoolArray:
-    """(nx, ny) bool: the free cells one can walk to from any door of the scene."""
-    reached = np.zeros_like(walk.free)
-    for entry in door_entries(scene):
-        reached |= connected(walk, entry)
-    return reached
+    """(nx, ny) bool: the free cells one can walk to from any door or passage of the scene."""
+    return _connected(walk, door_entries(scene))
 
 
-def _grid(room_xy: FloatArray, cell_m: float) -> tuple[FloatArray, tuple[int, int]]:
-    """Minimum corner and shape of the cells that cover a room, aligned to multiples of the cell."""
-    low = np.floor(room_xy.min(axis=0) / cell_m).astype(np.int64)
-    high = np.ceil(room_xy.max(axis=0) / cell_m).astype(np.int64)
-    return low * cell_m, (int(high[0] - low[0]), int(high[1] - low[1]))
+def nearest_free_cell(walk: WalkMap, xy: FloatArray) -> tuple[int, int] | None:
+    """The free cell whose centre is nearest to a point (2,), the first of equals; None if none is within ``SNAP_M``."""
+    index, _ = walk.index(np.asarray(xy).reshape(1, 2))
+    reach = int(np.ceil(SNAP_M / walk.cell_m)) + 1
+    low = np.maximum(index[0] - reach, 0)
+    high = np.minimum(index[0] + reach + 1, walk.free.shape)
+    if (low >= high).any():
+        return None
+    x, y = (walk.origin_xy[a] + (np.arange(low[a], high[a]) + 0.5) * walk.cell_m - xy[a] for a in range(2))
+    away = np.hypot(x[:, None], y[None, :])
+    away[~walk.free[low[0] : high[0], low[1] : high[1]]] = np.inf
+    i, j = np.unravel_index(int(np.argmin(away)), away.shape)
+    return (int(i + low[0]), int(j + low[1])) if away[i, j] <= SNAP_M else None
 
 
-def _feet(start: FloatArray, end: FloatArray, point: FloatArray) -> FloatArray:
-    """(E, 2) the nearest point of each edge to a point (2,)."""
-    along = end - start
-    share = np.clip(np.sum((point - start) * along, axis=1) / np.sum(along**2, axis=1), 0, 1)
-    return np.asarray(start + share[:, None] * along)
+def _connected(walk: WalkMap, points: FloatArray) -> BoolArray:
+    labels, _ = ndimage.label(walk.free)
+    cells = [cell for cell in (nearest_free_cell(walk, point) for point in points) if cell is not None]
+    return np.asarray(np.isin(labels, [labels[cell] for cell in cells]) & walk.free)
+
+
+def _floor(scene: Scene, ways: Sequence[Doorway], cell_m: float) -> WalkMap:
+    """The cells whose centre is in a room or doorway, on the grid that covers them, aligned to multiples of the cell."""
+    regions = [room.outline_xy for room in scene.rooms]
+    regions += [np.concatenate([way.corners(0), way.corners(1)[::-1]]) for way in ways if len(way.rooms) == 2]
+    corners = np.concatenate(regions)
+    low = np.floor(corners.min(axis=0) / cell_m).astype(np.int64)
+    high = np.ceil(corners.max(axis=0) / cell_m).astype(np.int64)
+    walk = WalkMap(low * cell_m, np.zeros((int(high[0] - low[0]), int(high[1] - low[1])), dtype=np.bool_), cell_m)
+    centres = walk.centres()
+    for region in regions:
+        (i, j), _ = walk.index(np.stack([region.min(axis=0), region.max(axis=0)]))
+        window = np.s_[max(i[0], 0) : j[0] + 1, max(i[1], 0) : j[1] + 1]
+        walk.free[window] |= contains(region, centres[window])
+    return walk
+
+
+def _barriers(scene: Scene, ways: Sequence[Doorway]) -> FloatArray:
+    """(B, 2, 2) segments that stop a body: the outlines, open at doorways between two rooms, and these doorways' sides."""
+    found: list[FloatArray] = []
+    open_at: list[list[FloatArray]] = [[] for _ in scene.rooms]
+    for way in (w for w in ways if len(w.rooms) == 2):
+        for side, room in enumerate(way.rooms):
+            open_at[room].append(way.corners(side))
+        found += list(np.stack([way.corners(0), way.corners(1)], axis=1))
+    for room, gaps in zip(scene.rooms, open_at, strict=True):
+        for start, end in zip(room.outline_xy, np.roll(room.outline_xy, -1, axis=0), strict=True):
+            found += _without(start, end, gaps)
+    return np.array(found).reshape(-1, 2, 2)
+
+
+def _without(start: FloatArray, end: FloatArray, gaps: Sequence[FloatArray]) -> list[FloatArray]:
+    """What is left, as (2, 2) segments, of a side of an outline without the doorways (2, 2) that lie on it."""
+    length = float(np.linalg.norm(end - start))
+    along = (end - start) / length
+    normal = np.array([-along[1], along[0]])
+    on_it = [g for g in gaps if (np.abs((g - start) @ normal) < ON_LINE_M).all()]
+    spans = sorted(tuple(np.clip(np.sort((g - start) @ along), 0.0, length).tolist()) for g in on_it)
+    left, at = [], 0.0
+    for low, high in [*spans, (length, length)]:
+        if low > at:
+            left.append(start + np.array([[at], [low]]) * along)
+        at = max(at, high)
+    return left
+
+
+def _mesh_shadows(body: MeshBody, head_room_m: float, step_m: float) -> Shadows:
+    """The shadows of the slices of triangles, each a flat solid with two sides."""
+    count = len(body.triangles)
+    sides = np.tile(np.array([[0, 1, 2], [0, 2, 1]], dtype=np.int32), (count, 1))
+    first = np.arange(count + 1)[:, None] * np.array([3, 2])
+    corners = np.ascontiguousarray(body.vertices[body.triangles].reshape(-1, 3))
+    return Shadows(*_shadows(corners, sides, first, step_m, head_room_m))
 
 
 @numba.njit(cache=True)
@@ -197,37 +266,57 @@ def _hull(points: FloatArray) -> FloatArray:
 
 
 @numba.njit(cache=True)
+def _shadows(
+    vertices: FloatArray, triangles: Int32Array, first: IntArray, z_low: float, z_high: float
+) -> tuple[FloatArray, IntArray]:
+    """Points and starts of the shadows of packed solids; rows of ``first`` (S + 1, 2): their vertices, triangles."""
+    points = np.empty((len(vertices) + 6 * len(triangles), 2))
+    start = np.zeros(len(first), dtype=np.int64)
+    count = used = 0
+    for s in range(len(first) - 1):
+        own = vertices[first[s, 0] : first[s + 1, 0]]
+        if own[:, 2].max() <= z_low + TOUCH_M or own[:, 2].min() >= z_high - TOUCH_M:
+            continue
+        hull = _hull(_slice_points(own, triangles[first[s, 1] : first[s + 1, 1]], z_low, z_high))
+        points[used : used + len(hull)] = hull
+        used += len(hull)
+        count += 1
+        start[count] = used
+    return points[:used].copy(), start[: count + 1].copy()
+
+
+@numba.njit(cache=True)
 def _block(
-    vertices: FloatArray, triangles: Int32Array, z_low: float, z_high: float,
-    origin: FloatArray, cell: float, radius: float, free: BoolArray,
-) -> None:  # fmt: skip
-    """Clear the cells whose centre is within ``radius`` of the shadow of a solid's slice."""
-    if vertices[:, 2].max() <= z_low + TOUCH_M or vertices[:, 2].min() >= z_high - TOUCH_M:
-        return
-    hull = _hull(_slice_points(vertices, triangles, z_low, z_high))
-    n = len(hull)
+    points: FloatArray, start: IntArray, origin: FloatArray, cell: float, radius: float, free: BoolArray
+) -> None:
+    """Clear the cells whose centre is within ``radius`` of any of the packed convex outlines."""
     limit = (radius + LAST_BITS_M) ** 2
-    first_x = max(0, int(np.floor((hull[:, 0].min() - radius - origin[0]) / cell - 0.5)))
-    last_x = min(free.shape[0] - 1, int(np.ceil((hull[:, 0].max() + radius - origin[0]) / cell - 0.5)))
-    first_y = max(0, int(np.floor((hull[:, 1].min() - radius - origin[1]) / cell - 0.5)))
-    last_y = min(free.shape[1] - 1, int(np.ceil((hull[:, 1].max() + radius - origin[1]) / cell - 0.5)))
-    for i in range(first_x, last_x + 1):
-        x = origin[0] + (i + 0.5) * cell
-        for j in range(first_y, last_y + 1):
-            if not free[i, j]:
-                continue
-            y = origin[1] + (j + 0.5) * cell
-            inside = n > 2
-            for e in range(n):
-                ax, ay = hull[e, 0], hull[e, 1]
-                dx, dy = hull[(e + 1) % n, 0] - ax, hull[(e + 1) % n, 1] - ay
-                if dx * (y - ay) - dy * (x - ax) < 0.0:
-                    inside = False
-                length2 = dx * dx + dy * dy
-                share = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / length2))
-                gap_x, gap_y = x - ax - share * dx, y - ay - share * dy
-                if gap_x * gap_x + gap_y * gap_y <= limit:
+    for s in range(len(start) - 1):
+        hull = points[start[s] : start[s + 1]]
+        n = len(hull)
+        first_x = max(0, int(np.floor((hull[:, 0].min() - radius - origin[0]) / cell - 0.5)))
+        last_x = min(free.shape[0] - 1, int(np.ceil((hull[:, 0].max() + radius - origin[0]) / cell - 0.5)))
+        first_y = max(0, int(np.floor((hull[:, 1].min() - radius - origin[1]) / cell - 0.5)))
+        last_y = min(free.shape[1] - 1, int(np.ceil((hull[:, 1].max() + radius - origin[1]) / cell - 0.5)))
+        for i in range(first_x, last_x + 1):
+            x = origin[0] + (i + 0.5) * cell
+            for j in range(first_y, last_y + 1):
+                if free[i, j] and _near(hull, n, x, origin[1] + (j + 0.5) * cell, limit):
                     free[i, j] = False
-                    break
-            if inside:
-                free[i, j] = False
+
+
+@numba.njit(cache=True)
+def _near(hull: FloatArray, n: int, x: float, y: float, limit: float) -> bool:
+    """Whether a point is in a convex outline or its squared distance from it is at most ``limit``."""
+    inside = n > 2
+    for e in range(n):
+        ax, ay = hull[e, 0], hull[e, 1]
+        dx, dy = hull[(e + 1) % n, 0] - ax, hull[(e + 1) % n, 1] - ay
+        if dx * (y - ay) - dy * (x - ax) < 0.0:
+            inside = False
+        length2 = dx * dx + dy * dy
+        share = 0.0 if length2 == 0.0 else min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / length2))
+        gap_x, gap_y = x - ax - share * dx, y - ay - share * dy
+        if gap_x * gap_x + gap_y * gap_y <= limit:
+            return True
+    return inside

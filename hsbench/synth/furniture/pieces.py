@@ -1,4 +1,4 @@
-"""The small vocabulary every builder speaks: drawn sizes, shades of a colour, blocks, posts, legs and cabinet fronts.
+"""The small vocabulary every builder speaks: drawn sizes, colours of things, and parts of simple convex shapes.
 
 Object frame: origin on the middle of the footprint, z up, front towards -y, width along x. Metres, quantised to .1 mm
 where they enter a solid, so that every machine builds the same vertices.
@@ -6,26 +6,37 @@ where they enter a solid, so that every machine builds the same vertices.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
 
-from hsbench.geometry.convex import ConvexSolid, cylinder, frustum, regular_outline, span
-from hsbench.geometry.numerics import quantise_m
+from hsbench.geometry.convex import ConvexSolid, span
+from hsbench.geometry.numerics import quantise_angle, quantise_m
+from hsbench.geometry.transforms import cos_sin
 from hsbench.schema.scene import Part
-from hsbench.synth.furniture.style import Range, Rgb, Style
+from hsbench.synth.furniture.shapes import (
+    CORNER_STEPS,
+    Point,
+    Rect,
+    along_x,
+    bar,
+    loft,
+    oval_outline,
+    rectangle_outline,
+    rounded_outline,
+    towards_front,
+)
+from hsbench.synth.furniture.style import Finish, Range, Rgb, Style
 from hsbench.typing import FloatArray
 
 T = TypeVar("T")
-Rect = tuple[float, float, float, float]  # x0, y0, x1, y1
+Colour = TypeVar("Colour", Rgb, Finish)
 TONE_SPREAD = 7  # how far two objects of one colour may differ, in sRGB steps
 ROUND_SIDES = 12
-GAP_M = 0.004  # the slit between cabinet fronts
-FRONT_M = 0.018  # thickness of a cabinet front
-HANDLE_DEPTH_M = 0.025
-HANDLE_BAR_M = (0.14, 0.014)  # length, thickness
-KNOB_M = 0.03
 
 
 def draw(rng: np.random.Generator, sizes: Range, fit: float = 1.0) -> float:
@@ -39,39 +50,65 @@ def pick(rng: np.random.Generator, options: Sequence[T]) -> T:
     return options[int(rng.integers(len(options)))]
 
 
-def tone(rng: np.random.Generator, colour: Rgb) -> Rgb:
+def tone(rng: np.random.Generator, colour: Colour) -> Colour:
     """A colour a little lighter or darker, so that no two things look painted from one pot."""
     shift = int(rng.integers(-TONE_SPREAD, TONE_SPREAD + 1))
     return shade(colour, 1.0, shift)
 
 
-def shade(colour: Rgb, factor: float, shift: int = 0) -> Rgb:
-    """A colour times a factor plus a shift, clipped to 0..255."""
+def shade(colour: Colour, factor: float, shift: int = 0) -> Colour:
+    """A colour times a factor plus a shift, clipped to 0..255; a finish keeps its texture."""
+    if isinstance(colour, Finish):
+        return replace(colour, colour=shade(colour.colour, factor, shift))
     r, g, b = (min(255, max(0, round(c * factor) + shift)) for c in colour)
     return r, g, b
 
 
-def block(name: str, colour: Rgb, low_m: Sequence[float], high_m: Sequence[float], role: str | None = None) -> Part:
+def wood(rng: np.random.Generator, style: Style) -> Finish:
+    """A wood of the style."""
+    return tone(rng, Finish(pick(rng, style.woods), pick(rng, style.wood_textures)))
+
+
+def painted(rng: np.random.Generator, style: Style) -> Finish:
+    """What cabinets are made of: half of them a wood, half of them painted."""
+    return wood(rng, style) if rng.random() < 0.5 else tone(rng, Finish(pick(rng, style.paints)))
+
+
+def fabric(rng: np.random.Generator, style: Style) -> Finish:
+    """A fabric of the style for upholstery."""
+    return tone(rng, Finish(pick(rng, style.fabrics), pick(rng, style.fabric_textures)))
+
+
+def accent(rng: np.random.Generator, style: Style) -> Finish:
+    """A strong colour of the style, plain or patterned, for small textiles."""
+    return tone(rng, Finish(pick(rng, style.accents), pick(rng, style.accent_textures)))
+
+
+def part(name: str, colour: Rgb | Finish, solid: ConvexSolid, role: str | None = None) -> Part:
+    """A part of a solid with a plain colour or a finish."""
+    if isinstance(colour, Finish):
+        return Part(name, colour.colour, role, solid, texture=colour.texture)
+    return Part(name, colour, role, solid)
+
+
+def block(
+    name: str, colour: Rgb | Finish, low_m: Sequence[float], high_m: Sequence[float], role: str | None = None
+) -> Part:
     """A box between two corners."""
     low, high = quantise_m(np.asarray([low_m, high_m])).tolist()
-    return Part(name, colour, role, span(low, high))
+    return part(name, colour, span(low, high), role)
 
 
-def rectangle_outline(rect: Rect) -> FloatArray:
-    """(4, 2) counter-clockwise corners of x0, y0, x1, y1."""
-    x0, y0, x1, y1 = (float(quantise_m(v)) for v in rect)
-    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
-
-
-def tapered(name: str, colour: Rgb, bottom: Rect, top: Rect, z0_m: float, z1_m: float, role: str | None = None) -> Part:
-    """A block whose outline changes from a bottom to a top rectangle: cushions, leaning backs, splayed legs."""
-    z0, z1 = float(quantise_m(z0_m)), float(quantise_m(z1_m))
-    return Part(name, colour, role, frustum(rectangle_outline(bottom), rectangle_outline(top), z0, z1))
+def tapered(
+    name: str, colour: Rgb | Finish, bottom: Rect, top: Rect, z0_m: float, z1_m: float, role: str | None = None
+) -> Part:
+    """A block whose outline changes from a bottom to a top rectangle: leaning backs, splayed legs."""
+    return part(name, colour, loft([rectangle_outline(bottom), rectangle_outline(top)], [z0_m, z1_m]), role)
 
 
 def rod(
     name: str,
-    colour: Rgb,
+    colour: Rgb | Finish,
     xy: Sequence[float],
     radius_m: float,
     z0_m: float,
@@ -81,116 +118,154 @@ def rod(
     role: str | None = None,
 ) -> Part:
     """An upright cylinder, or a cone frustum with another radius at the top."""
-    top = None if top_radius_m is None else float(quantise_m(top_radius_m))
-    solid = cylinder(
-        float(quantise_m(radius_m)), float(quantise_m(z0_m)), float(quantise_m(z1_m)),
-        quantise_m(np.asarray(xy)).tolist(), sides, top,
-    )  # fmt: skip
-    return Part(name, colour, role, solid)
+    middle = quantise_m(np.asarray(xy))
+    rings = [oval_outline(r, r, sides) + middle for r in (radius_m, radius_m if top_radius_m is None else top_radius_m)]
+    return part(name, colour, loft(rings, [z0_m, z1_m]), role)
 
 
-def prism(name: str, colour: Rgb, outline_xy: FloatArray, z0_m: float, z1_m: float, role: str | None = None) -> Part:
-    """A prism over a convex counter-clockwise outline (n, 2)."""
-    z0, z1 = float(quantise_m(z0_m)), float(quantise_m(z1_m))
-    outline = quantise_m(outline_xy)
-    return Part(name, colour, role, frustum(outline, outline, z0, z1))
+def turned(
+    name: str, colour: Rgb | Finish, xy: Sequence[float], profile: Sequence[tuple[float, float]], sides: int = 10
+) -> list[Part]:
+    """A turned shape from (radius, height) pairs, from below upwards: stacked frusta, one part each."""
+    return [rod(name, colour, xy, r0, z0, z1, r1, sides) for (r0, z0), (r1, z1) in pairwise(profile)]
+
+
+def slab(
+    name: str, colour: Rgb | Finish, rect: Rect, z0_m: float, z1_m: float, role: str | None = None,
+    radius_m: float = 0.03, bevel_m: float = 0.0, steps: int = CORNER_STEPS,
+) -> Part:  # fmt: skip
+    """A board or pad with round corners; a bevel smaller than the radius runs around its top edge."""
+    x0, y0, x1, y1 = rect
+    outer = rounded_outline(rect, radius_m, steps)
+    if bevel_m <= 0:
+        return part(name, colour, loft([outer, outer], [z0_m, z1_m]), role)
+    inner = rounded_outline((x0 + bevel_m, y0 + bevel_m, x1 - bevel_m, y1 - bevel_m), radius_m - bevel_m, steps)
+    return part(name, colour, loft([outer, outer, inner], [z0_m, z1_m - bevel_m, z1_m]), role)
 
 
 def cushion(
-    name: str, colour: Rgb, rect: Rect, z0_m: float, z1_m: float, role: str | None = None, round_m: float = 0.02
-) -> tuple[Part, Part]:
-    """A padded slab: a straight lower body and a bevelled top; the top carries the role."""
-    x0, y0, x1, y1 = rect
-    edge = z1_m - min(round_m, (z1_m - z0_m) / 2)
-    inner = (x0 + round_m, y0 + round_m, x1 - round_m, y1 - round_m)
-    return (
-        block(name, colour, (x0, y0, z0_m), (x1, y1, edge), None),
-        tapered(name, colour, rect, inner, edge, z1_m, role),
-    )
-
-
-def leg(
-    style: Style, colour: Rgb, xy: Sequence[float], thickness_m: float, z1_m: float, outward: Sequence[float] = (0, 0),
-    splay: float = 1.0,
+    name: str, colour: Rgb | Finish, rect: Rect, z0_m: float, z1_m: float, role: str | None = None,
+    round_m: float = 0.025,
 ) -> Part:  # fmt: skip
-    """A leg from the floor to ``z1_m`` whose top middle is at ``xy``; its foot stands out along ``outward`` (signs)."""
-    foot = max(0.012, thickness_m * style.leg_taper)
-    x, y = xy
-    fx, fy = (v + style.leg_splay_m * splay * o for v, o in zip(xy, outward, strict=True))
-    if style.leg == "round":
-        top = regular_outline(float(quantise_m(thickness_m / 2)), 8, quantise_m(np.array([x, y])).tolist())
-        bottom = regular_outline(float(quantise_m(foot / 2)), 8, quantise_m(np.array([fx, fy])).tolist())
-        return Part("leg", colour, None, frustum(bottom, top, 0.0, float(quantise_m(z1_m))))
-    t, f = thickness_m / 2, foot / 2
-    return tapered("leg", colour, (fx - f, fy - f, fx + f, fy + f), (x - t, y - t, x + t, y + t), 0.0, z1_m)
-
-
-def four_legs(style: Style, colour: Rgb, rect: Rect, thickness_m: float, z1_m: float, splay: float = 1.0) -> list[Part]:
-    """A leg at each corner of a rectangle; neither tops nor splayed feet reach beyond it."""
-    inset = thickness_m / 2 + style.leg_splay_m * splay
+    """A padded slab: corners rounded, edges bevelled above and below."""
     x0, y0, x1, y1 = rect
-    return [
-        leg(style, colour, (x, y), thickness_m, z1_m, (sx, sy), splay)
-        for x, sx in ((x0 + inset, -1), (x1 - inset, 1))
-        for y, sy in ((y0 + inset, -1), (y1 - inset, 1))
-    ]
+    half = min(round_m, (z1_m - z0_m) / 2 - 0.004)
+    wide, inner = (
+        rounded_outline((x0 + d, y0 + d, x1 - d, y1 - d), 2 * round_m - d, CORNER_STEPS) for d in (0.0, half)
+    )
+    return part(name, colour, loft([inner, wide, wide, inner], [z0_m, z0_m + half, z1_m - half, z1_m]), role)
 
 
-def handle(style: Style, metal: Rgb, front: Rect, y_m: float, upright: bool = False, at: float = 0.5) -> Part:
-    """A handle on a front given as x0, z0, x1, z1 at depth ``y_m``; ``at`` is its place across the front (0..1)."""
+def front_pad(
+    name: str, colour: Rgb | Finish, front: Rect, y0_m: float, y1_m: float, role: str | None = None,
+    radius_m: float = 0.05, bevel_m: float = 0.025,
+) -> Part:  # fmt: skip
+    """An upright padded slab over x0, z0, x1, z1 whose front edges (at y0) are bevelled by less than the radius."""
     x0, z0, x1, z1 = front
-    x, z = x0 + (x1 - x0) * at, (z0 + z1) / 2
-    if style.handle == "rail":
-        half_x, half_z = (0.011, 0.4 * (z1 - z0)) if upright else (0.42 * (x1 - x0), 0.011)
-        z = z if upright else z1 - 0.02
-    elif style.handle == "knob":
-        half_x = half_z = KNOB_M / 2
-    else:
-        length, thick = HANDLE_BAR_M
-        length = min(length, 0.7 * (z1 - z0 if upright else x1 - x0))
-        half_x, half_z = (thick / 2, length / 2) if upright else (length / 2, thick / 2)
-    low, high = (x - half_x, y_m - HANDLE_DEPTH_M, z - half_z), (x + half_x, y_m, z + half_z)
-    return block("handle", metal, low, high, "handle")
+    outer = rounded_outline(front, radius_m)
+    inner = rounded_outline((x0 + bevel_m, z0 + bevel_m, x1 - bevel_m, z1 - bevel_m), radius_m - bevel_m)
+    solid = loft([outer, outer, inner], [-y1_m, -y0_m - min(bevel_m, (y1_m - y0_m) / 2), -y0_m])
+    return part(name, colour, towards_front(solid), role)
 
 
-def drawers(style: Style, colour: Rgb, metal: Rgb, front: Rect, y_m: float, rows: int, columns: int) -> list[Part]:
-    """Rows x columns of drawer fronts with handles over x0, z0, x1, z1, standing out from depth ``y_m``."""
+def leaning(item: Part, lean_m: float, z0_m: float | None = None, z1_m: float | None = None) -> Part:
+    """A part sheared backwards (+y): not at height z0, ``lean_m`` at z1; these are its foot and its top by default."""
+    assert item.solid is not None
+    points = item.solid.vertices.copy()
+    z0 = points[:, 2].min() if z0_m is None else z0_m
+    z1 = points[:, 2].max() if z1_m is None else z1_m
+    points[:, 1] += lean_m * (points[:, 2] - z0) / (z1 - z0)
+    return replace(item, solid=ConvexSolid(points, item.solid.triangles))
+
+
+def front_shape(
+    name: str, colour: Rgb | Finish, outline_xz: FloatArray, y0_m: float, y1_m: float, role: str | None = None,
+    front_scale: float = 1.0,
+) -> Part:  # fmt: skip
+    """A prism seen from the front: outline (n, 2) in x and z, from depth y0 (front) to y1; the front may be smaller."""
+    middle = quantise_m(outline_xz.mean(axis=0))
+    small = middle + (outline_xz - middle) * front_scale
+    return part(name, colour, towards_front(loft([outline_xz, small], [-y1_m, -y0_m])), role)
+
+
+def side_shape(
+    name: str, colour: Rgb | Finish, outline_yz: FloatArray, x0_m: float, x1_m: float, role: str | None = None
+) -> Part:
+    """A prism seen from the side: outline (n, 2) in y and z, from x0 to x1."""
+    return part(name, colour, along_x(loft([outline_yz, outline_yz], [x0_m, x1_m])), role)
+
+
+def pole(
+    name: str, colour: Rgb | Finish, start: Point, end: Point, radius_m: float, end_scale: float = 1.0,
+    sides: int = 8, role: str | None = None,
+) -> Part:  # fmt: skip
+    """A round bar between two points."""
+    return part(name, colour, bar(start, end, oval_outline(radius_m, radius_m, sides), end_scale), role)
+
+
+def strip(
+    name: str, colour: Rgb | Finish, start: Point, end: Point, width_m: float, thick_m: float, end_scale: float = 1.0
+) -> Part:
+    """A flat bar between two points, its width horizontal."""
+    half, thin = width_m / 2, thick_m / 2
+    return part(name, colour, bar(start, end, rectangle_outline((-half, -thin, half, thin)), end_scale))
+
+
+def ring(
+    name: str, colour: Rgb | Finish, outer: Rect, inner: Rect, z0_m: float, z1_m: float, role: str | None = None
+) -> list[Part]:
+    """Four blocks around a hole: front, back, left, right."""
+    x0, y0, x1, y1 = outer
+    a0, b0, a1, b1 = inner
+    rects = ((x0, y0, x1, b0), (x0, b1, x1, y1), (x0, b0, a0, b1), (a1, b0, x1, b1))
+    return [block(name, colour, (p, q, z0_m), (r, s, z1_m), role) for p, q, r, s in rects]
+
+
+def staves(
+    name: str, colour: Rgb | Finish, outline: FloatArray, low: float, wall_m: float, z0_m: float, z1_m: float,
+    centre_xy: Sequence[float] = (0.0, 0.0),
+) -> list[Part]:  # fmt: skip
+    """The wall of a hollow vessel over an outline (n, 2) about the origin: one part a side.
+
+    At the foot the outline is ``low`` times as large; the wall is about ``wall_m`` thick throughout.
+    """
+    shift = quantise_m(np.asarray(centre_xy))
+    radius = float(quantise_m(np.abs(outline).max(axis=0).min()))
+    inner_low, inner = (share - wall_m / radius for share in (low, 1.0))
     parts = []
-    for cell in _cells(front, rows, columns):
-        x0, z0, x1, z1 = cell
-        parts.append(block("drawer", colour, (x0, y_m - FRONT_M, z0), (x1, y_m, z1), "drawer"))
-        parts.append(handle(style, metal, cell, y_m - FRONT_M))
+    for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        rings = [
+            np.array([a * out, b * out, b * inside, a * inside]) + shift
+            for out, inside in ((low, inner_low), (1.0, inner))
+        ]
+        parts.append(part(name, colour, loft(rings, [z0_m, z1_m])))
     return parts
 
 
-def doors(style: Style, colour: Rgb, metal: Rgb, front: Rect, y_m: float, columns: int) -> list[Part]:
-    """A row of door fronts whose handles meet in pairs."""
-    parts = []
-    for i, cell in enumerate(_cells(front, 1, columns)):
-        x0, z0, x1, z1 = cell
-        inset = 0.05 / (x1 - x0)
-        at = 1 - inset if i % 2 == 0 and columns > 1 else inset
-        parts.append(block("door", colour, (x0, y_m - FRONT_M, z0), (x1, y_m, z1), "door"))
-        parts.append(handle(style, metal, cell, y_m - FRONT_M, upright=True, at=at))
-    return parts
+def swung(item: Part, pivot_xy: Sequence[float], angle_rad: float) -> Part:
+    """An upright prism turned about a vertical line, counter-clockwise seen from above; corners quantised."""
+    assert item.solid is not None
+    c, s = cos_sin(quantise_angle(angle_rad))
+    pivot = np.asarray(pivot_xy)
+    xy = quantise_m((item.solid.vertices[:, :2] - pivot) @ np.array([[c, s], [-s, c]]) + pivot)
+    return replace(item, solid=ConvexSolid(np.column_stack([xy, item.solid.vertices[:, 2]]), item.solid.triangles))
 
 
 def centred(parts: Sequence[Part]) -> tuple[Part, ...]:
-    """The parts moved so that the middle of their common footprint is the origin; heights stay."""
+    """The parts moved so that the middle of their common footprint is the origin, and named apart; heights stay."""
     points = np.concatenate([p.vertices for p in parts])
     shift = np.array([*quantise_m((points.min(axis=0) + points.max(axis=0))[:2] / 2), 0.0])
-    if not shift.any():
-        return tuple(parts)
-    return tuple(Part(p.name, p.colour, p.role, ConvexSolid(p.vertices - shift, p.triangles)) for p in parts)
+    if shift.any():
+        parts = [replace(p, solid=ConvexSolid(p.vertices - shift, p.triangles)) for p in parts]
+    return named_apart(parts)
 
 
-def _cells(front: Rect, rows: int, columns: int) -> list[Rect]:
-    """The fields of a front, row by row from below, with slits between them."""
-    x0, z0, x1, z1 = front
-    width, height = (x1 - x0) / columns, (z1 - z0) / rows
-    half = GAP_M / 2
-    return [
-        (x0 + c * width + half, z0 + r * height + half, x0 + (c + 1) * width - half, z0 + (r + 1) * height - half)
-        for r in range(rows)
-        for c in range(columns)
-    ]
+def named_apart(parts: Sequence[Part]) -> tuple[Part, ...]:
+    """The parts with a number behind names that occur again: seat, seat_2, seat_3."""
+    seen: Counter[str] = Counter()
+    result = []
+    for item in parts:
+        seen[item.name] += 1
+        number = seen[item.name]
+        result.append(item if number == 1 else replace(item, name=f"{item.name}_{number}"))
+    return tuple(result)

@@ -1,4 +1,4 @@
-"""Things to sit on: sofa, armchair, chair, office chair, stool, bench. Seats are .40-.48 m high and face -y."""
+"""Chairs and stools: chair, office chair, stool, bar stool, bench. Seats are level, .40-.48 m high, and face -y."""
 
 from __future__ import annotations
 
@@ -6,182 +6,227 @@ import math
 
 import numpy as np
 
-from hsbench.geometry.convex import regular_outline
 from hsbench.geometry.transforms import cos_sin
 from hsbench.schema.scene import Part
+from hsbench.synth.furniture.fittings import four_legs, leg_half, leg_middles
 from hsbench.synth.furniture.pieces import (
     block,
     centred,
     cushion,
     draw,
-    four_legs,
+    fabric,
+    front_pad,
+    leaning,
     pick,
-    prism,
+    pole,
     rod,
     shade,
+    slab,
+    strip,
     tapered,
-    tone,
+    turned,
+    wood,
 )
-from hsbench.synth.furniture.style import Rgb, Style
+from hsbench.synth.furniture.shapes import Point, Rect
+from hsbench.synth.furniture.sizes import size
+from hsbench.synth.furniture.style import Finish, Style
 
-SOFA_SEATS = (2, 3)
 STAR_ARMS = 5
-SLAT_M = 0.03
-
-
-def sofa(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
-    """A sofa of two or three seats: upholstered base, a cushion a seat, leaning back cushions, arms and feet."""
-    seats = SOFA_SEATS[0] if fit < 1.0 else pick(rng, SOFA_SEATS)
-    return _upholstered(rng, style, seats, draw(rng, (0.58, 0.7), fit), fit)
-
-
-def armchair(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
-    """A one-seat sofa."""
-    return _upholstered(rng, style, 1, draw(rng, (0.52, 0.62), fit), fit)
-
-
-def _upholstered(rng: np.random.Generator, style: Style, seats: int, seat_width: float, fit: float) -> tuple[Part, ...]:
-    colour = tone(rng, pick(rng, style.fabrics))
-    light = shade(colour, 1.06, 4)
-    wood = tone(rng, pick(rng, style.woods))
-    arm = draw(rng, style.arm_width_m)
-    feet = draw(rng, (0.08, 0.13))
-    seat_z = draw(rng, (0.42, 0.46))
-    seat_depth = draw(rng, (0.52, 0.58))
-    back = draw(rng, (0.2, 0.25))
-    back_z = draw(rng, (0.78, 0.9))
-    arm_z = seat_z + draw(rng, style.arm_height_m)
-    lean = min(draw(rng, style.back_lean_m), back - 0.1)
-    base_z = seat_z - draw(rng, (0.13, 0.16))
-    half, front, rear = seats * seat_width / 2, -(seat_depth + back) / 2, (seat_depth + back) / 2
-    y_back = rear - back
-    parts = four_legs(style, wood, (-half - arm, front, half + arm, rear), 0.05, feet, 0.3)
-    parts.append(block("base", shade(colour, 0.94), (-half, front, feet), (half, rear, base_z)))
-    for i in range(seats):
-        x0, x1 = -half + i * seat_width, -half + (i + 1) * seat_width
-        parts += cushion("seat", light, (x0 + 0.003, front, x1 - 0.003, y_back), base_z, seat_z, "seat")
-        bottom, top = (x0 + 0.004, y_back, x1 - 0.004, rear - 0.06), (x0 + 0.02, y_back + lean, x1 - 0.02, rear - 0.05)
-        parts.append(tapered("back_cushion", light, bottom, top, seat_z, back_z - 0.01))
-    frame = (-half, rear - 0.08, half, rear)
-    parts.append(tapered("back", colour, frame, (-half, rear - 0.05, half, rear), base_z, back_z))
-    for x0, x1 in ((-half - arm, -half), (half, half + arm)):
-        parts.append(block("armrest", colour, (x0, front, feet), (x1, rear, arm_z - 0.02)))
-        inner = (x0 + 0.012, front + 0.012, x1 - 0.012, rear - 0.012)
-        parts.append(tapered("armrest", colour, (x0, front, x1, rear), inner, arm_z - 0.02, arm_z))
-    return centred(parts)
+BENCH_PLACE_M = 0.55  # width of one place on a bench
+SLAT_M = 0.02  # thickness of the slats of a back
 
 
 def chair(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
-    """A chair: tapered legs, wooden or padded seat, leaning rear posts, a back of slats, rails, bars or a panel."""
-    wood = tone(rng, pick(rng, style.woods))
-    width, depth = draw(rng, (0.42, 0.47), fit), draw(rng, (0.42, 0.46), fit)
-    seat_z, back_z = draw(rng, (0.44, 0.47)), draw(rng, (0.82, 0.95))
-    thick, post = draw(rng, (0.04, 0.05)), draw(rng, (0.03, 0.04))
-    lean = draw(rng, style.back_lean_m)
-    padded = bool(rng.random() < 0.5)
-    pad = tone(rng, pick(rng, style.fabrics))
+    """A chair: tapered legs, wooden or padded seat, a leaning back of slats, rails, bars, a panel, or a moulded one."""
+    room = size("chair")
+    timber, cloth = wood(rng, style), fabric(rng, style)
+    width, depth = draw(rng, room.width_m, fit), draw(rng, (0.42, 0.46), fit)
+    seat_z, back_z = draw(rng, (0.44, 0.47)), draw(rng, (0.82, 0.96))
+    thick, post, lean = draw(rng, (0.036, 0.045)), draw(rng, (0.03, 0.038)), draw(rng, style.back_lean_m)
+    padded, stretched = bool(rng.random() < 0.5), bool(rng.random() < 0.5)
+    kind = pick(rng, style.chair_backs)
     x, y = width / 2, depth / 2
-    parts = four_legs(style, wood, (-x, -y, x, y), post, seat_z - thick, 0.5)
+    under = seat_z - thick
+    feet: Rect = (-x + 0.01, -y + 0.01, x - 0.01, y - 0.005)
+    parts = four_legs(style, timber, feet, post, under, 0.5)
+    if kind == "shell":
+        colour = cloth if padded else Finish(pick(rng, style.paints))
+        parts.append(slab("seat", colour, (-x, -y, x, y), under, seat_z, "seat", 0.09, 0.014))
+        shell = front_pad("back", colour, (-x + 0.02, seat_z - 0.004, x - 0.02, back_z - 0.06), y - 0.03, y, None, 0.09)
+        return centred([*parts, leaning(shell, lean)])
     if padded:
-        parts.append(block("seat_frame", wood, (-x, -y, seat_z - thick), (x, y, seat_z - thick + 0.015)))
-        parts += cushion("seat", pad, (-x, -y, x, y), seat_z - thick + 0.015, seat_z, "seat", 0.012)
+        parts.append(slab("frame", timber, (-x, -y, x, y), under, under + 0.018, None, 0.03))
+        parts.append(
+            cushion("seat", cloth, (-x + 0.006, -y + 0.006, x - 0.006, y - post), under + 0.018, seat_z, "seat")
+        )
     else:
-        parts.append(block("seat", wood, (-x, -y, seat_z - thick), (x, y, seat_z), "seat"))
-    for x0 in (-x, x - post):
-        bottom = (x0, y - post, x0 + post, y)
-        top = (x0, y - post + lean, x0 + post, y + lean)
-        parts.append(tapered("post", wood, bottom, top, seat_z, back_z))
-    parts += _back(rng, style, pad if padded else wood, (x - post, y, lean), seat_z, back_z)
+        parts.append(slab("seat", timber, (-x, -y, x, y), under, seat_z, "seat", 0.04, 0.008))
+    foot = under + 0.018 if padded else seat_z
+    for x0 in (-x + 0.006, x - 0.006 - post):
+        upright = block("post", timber, (x0, y - post, foot), (x0 + post, y, back_z))
+        parts.append(leaning(upright, lean))
+    parts += _back(rng, kind, cloth if padded else timber, timber, (x - post, y - post / 2, lean), seat_z, back_z)
+    if stretched:
+        x0, y0, x1, y1 = leg_middles(style, feet, post, under, 0.2, 0.5)
+        reach = leg_half(style, post, under, 0.2) - 0.005
+        for side in (x0, x1):
+            parts.append(strip("rail", timber, (side, y0 + reach, 0.2), (side, y1 - reach, 0.2), 0.014, 0.022))
     return centred(parts)
 
 
 def _back(
-    rng: np.random.Generator, style: Style, colour: Rgb, place: tuple[float, float, float], z0: float, z1: float
-) -> list[Part]:
-    """What stands between leaning posts; place: half the clear width, rear edge at the seat, lean over the height."""
+    rng: np.random.Generator, kind: str, pad: Finish, timber: Finish, place: tuple[float, float, float], z0: float,
+    z1: float,
+) -> list[Part]:  # fmt: skip
+    """What stands between leaning posts; place: half the clear width, middle of the posts at the seat, their lean."""
     x, y, lean = place
-    kind = pick(rng, style.chair_backs)
-    thick = 0.02
 
-    def piece(name: str, x0: float, x1: float, low: float, high: float) -> Part:
-        y0, y1 = (y - 0.006 + lean * (z - z0) / (z1 - z0) for z in (low, high))
-        return tapered(name, colour, (x0, y0 - thick, x1, y0), (x0, y1 - thick, x1, y1), low, high)
+    def piece(name: str, colour: Finish, x0: float, x1: float, low: float, high: float, thick: float = SLAT_M) -> Part:
+        y0, y1 = (y + lean * (z - z0) / (z1 - z0) for z in (low, high))
+        half = thick / 2
+        return tapered(name, colour, (x0, y0 - half, x1, y0 + half), (x0, y1 - half, x1, y1 + half), low, high)
 
     if kind == "panel":
-        return [piece("back", -x, x, z0 + 0.1, z1)]
+        return [piece("back", pad, -x, x, z0 + 0.12, z1 - 0.02, 0.03)]
     if kind == "ladder":
         rails = int(rng.integers(3, 5))
         pitch = (z1 - z0 - 0.1) / rails
-        return [piece("slat", -x, x, z0 + 0.1 + i * pitch + 0.04, z0 + 0.1 + (i + 1) * pitch) for i in range(rails)]
+        lows = [z0 + 0.1 + i * pitch + 0.04 for i in range(rails)]
+        return [piece("slat", timber, -x, x, low, low + pitch - 0.05) for low in lows]
     count = int(rng.integers(3, 5)) if kind == "slats" else 6
-    slat = SLAT_M * 1.4 if kind == "slats" else 0.014
-    rail = z1 - 0.06
-    parts = [piece("rail", -x, x, rail, z1)]
+    half = 0.021 if kind == "slats" else 0.007
+    parts = [piece("back", timber, -x, x, z1 - 0.075, z1 - 0.01, 0.024)]
     for i in range(count):
         middle = -x + 2 * x * (i + 0.5) / count
-        parts.append(piece("slat", middle - slat / 2, middle + slat / 2, z0, rail))
+        parts.append(piece("slat", timber, middle - half, middle + half, z0, z1 - 0.075, 0.014))
     return parts
 
 
 def office_chair(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
     """A swivel chair: star foot on castors, gas lift, padded seat, back on an upright, armrests now and then."""
-    fabric, metal = tone(rng, pick(rng, style.fabrics)), pick(rng, style.metals)
-    dark = shade(metal, 0.7)
-    width, depth = draw(rng, (0.45, 0.49), fit), draw(rng, (0.43, 0.47), fit)
-    seat_z, back_z = draw(rng, (0.44, 0.48)), draw(rng, (0.9, 1.02))
-    reach = draw(rng, (0.27, 0.3))
+    cloth, metal = fabric(rng, style), Finish(pick(rng, style.metals))
+    dark = shade(metal, 0.6)
+    width, depth = draw(rng, (0.46, 0.5), fit), draw(rng, (0.44, 0.48), fit)
+    seat_z, back_z = draw(rng, (0.44, 0.48)), draw(rng, (0.9, 1.06))
+    reach, armed, low_back = draw(rng, (0.27, 0.31)), bool(rng.random() < 0.6), bool(rng.random() < 0.4)
     parts = []
     for i in range(STAR_ARMS):
         c, s = cos_sin(2 * math.pi * i / STAR_ARMS + math.pi / 2)
-        along, across = np.array([c, s]), np.array([-s, c])
-        outline = [0.02 * along - 0.025 * across, reach * along - 0.016 * across,
-                   reach * along + 0.016 * across, 0.02 * along + 0.025 * across]  # fmt: skip
-        parts.append(prism("foot", metal, np.array(outline), 0.05, 0.085))
-        parts.append(rod("castor", dark, (reach * 0.94 * along).tolist(), 0.025, 0.0, 0.055, sides=8))
-    parts.append(rod("lift", metal, (0, 0), 0.028, 0.06, seat_z - 0.08))
+        parts.append(
+            strip("foot", metal, (0.03 * c, 0.03 * s, 0.088), (reach * c, reach * s, 0.066), 0.042, 0.022, 0.7)
+        )
+        parts.append(rod("castor", dark, (reach * 0.95 * c, reach * 0.95 * s), 0.026, 0.0, 0.058, sides=8))
+    parts += turned(
+        "lift", dark, (0, 0), ((0.035, 0.078), (0.03, 0.24), (0.018, 0.24 + 0.01), (0.018, seat_z - 0.09)), 8
+    )
     x, y = width / 2, depth / 2
-    parts.append(block("seat_frame", dark, (-x + 0.05, -y + 0.05, seat_z - 0.1), (x - 0.05, y - 0.05, seat_z - 0.06)))
-    parts += cushion("seat", fabric, (-x, -y, x, y), seat_z - 0.06, seat_z, "seat")
-    parts.append(block("upright", dark, (-0.04, y - 0.06, seat_z - 0.09), (0.04, y + 0.07, seat_z - 0.06)))
-    parts.append(block("upright", dark, (-0.04, y + 0.05, seat_z - 0.09), (0.04, y + 0.075, seat_z + 0.3)))
-    lower, upper = (-x + 0.03, y, x - 0.03, y + 0.05), (-x + 0.06, y + 0.03, x - 0.06, y + 0.07)
-    parts.append(tapered("back", fabric, lower, upper, seat_z + 0.12, back_z))
-    if rng.random() < 0.5:
-        for x0 in (-x - 0.03, x - 0.01):
-            parts.append(block("armrest", dark, (x0, -0.08, seat_z + 0.19), (x0 + 0.04, 0.18, seat_z + 0.22)))
-            parts.append(block("armrest", dark, (x0 + 0.005, 0.02, seat_z - 0.05), (x0 + 0.035, 0.07, seat_z + 0.19)))
+    parts.append(block("frame", dark, (-0.1, -0.12, seat_z - 0.095), (0.1, y - 0.04, seat_z - 0.07)))
+    parts.append(cushion("seat", cloth, (-x, -y, x, y), seat_z - 0.075, seat_z, "seat", 0.03))
+    parts.append(block("upright", dark, (-0.035, y - 0.045, seat_z - 0.095), (0.035, y + 0.09, seat_z - 0.073)))
+    parts.append(block("upright", dark, (-0.035, y + 0.064, seat_z - 0.073), (0.035, y + 0.09, seat_z + 0.32)))
+    top = back_z if not low_back else seat_z + 0.42
+    back = front_pad("back", cloth, (-x + 0.02, seat_z + 0.12, x - 0.02, top), y + 0.002, y + 0.066, None, 0.07, 0.03)
+    parts.append(leaning(back, 0.006))
+    if armed:
+        for s in (-1, 1):
+            x0, x1 = sorted((s * (x + 0.004), s * (x + 0.03)))
+            parts.append(block("post", dark, (x0, 0.04, seat_z - 0.095), (x1, 0.085, seat_z + 0.19)))
+            inner = sorted((s * 0.09, s * (x + 0.004)))
+            parts.append(block("post", dark, (inner[0], 0.045, seat_z - 0.094), (inner[1], 0.08, seat_z - 0.074)))
+            pad = (x0 - 0.012, -0.1, x1 + 0.012, 0.15)
+            parts.append(slab("armrest", dark, pad, seat_z + 0.19, seat_z + 0.218, None, 0.02, 0.008))
     return centred(parts)
 
 
 def stool(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
-    """A stool: a round or square seat on four legs, or a padded drum."""
-    wood, fabric = tone(rng, pick(rng, style.woods)), tone(rng, pick(rng, style.fabrics))
-    size, seat_z = draw(rng, (0.38, 0.44), fit), draw(rng, (0.42, 0.47))
-    half = size / 2
+    """A stool: a round or square seat on four legs, or an upholstered drum."""
+    timber, cloth = wood(rng, style), fabric(rng, style)
+    width, seat_z = draw(rng, size("stool").width_m, fit), draw(rng, (0.42, 0.47))
+    half = width / 2
     kind = pick(rng, ("round", "square", "drum"))
+    rect = (-half, -half, half, half)
     if kind == "drum":
-        return (
-            rod("base", fabric, (0, 0), half, 0.0, seat_z - 0.05, sides=16),
-            rod("seat", shade(fabric, 1.05, 3), (0, 0), half, seat_z - 0.05, seat_z, half - 0.015, 16, "seat"),
-        )
-    inner = half * 0.7
-    parts = four_legs(style, wood, (-inner, -inner, inner, inner), 0.035, seat_z - 0.035, 0.5)
-    if kind == "round":
-        parts.append(prism("seat", wood, regular_outline(half, 16), seat_z - 0.035, seat_z, "seat"))
-    else:
-        parts.append(block("seat", wood, (-half, -half, seat_z - 0.035), (half, half, seat_z), "seat"))
+        return centred([
+            rod("base", timber, (0, 0), half - 0.03, 0.0, 0.03, sides=16),
+            rod("body", cloth, (0, 0), half - 0.012, 0.03, seat_z - 0.06, sides=16),
+            slab("seat", shade(cloth, 1.05, 3), rect, seat_z - 0.06, seat_z, "seat", half, 0.02, 4),
+        ])  # fmt: skip
+    inner = half * 0.72
+    feet: Rect = (-inner, -inner, inner, inner)
+    parts = four_legs(style, timber, feet, 0.036, seat_z - 0.036, 0.5)
+    radius = half if kind == "round" else 0.05
+    parts.append(slab("seat", timber, rect, seat_z - 0.036, seat_z, "seat", radius, 0.01, 4 if kind == "round" else 2))
+    x0, y0, x1, y1 = leg_middles(style, feet, 0.036, seat_z - 0.036, 0.17, 0.5)
+    reach = leg_half(style, 0.036, seat_z - 0.036, 0.17) - 0.005
+    for y in (y0, y1):
+        parts.append(strip("rail", timber, (x0 + reach, y, 0.17), (x1 - reach, y, 0.17), 0.012, 0.02))
     return centred(parts)
 
 
+def bar_stool(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
+    """A high stool with a foot rest: four long legs, or a pillar on a plate; a low back now and then."""
+    timber, cloth, metal = wood(rng, style), fabric(rng, style), Finish(pick(rng, style.metals))
+    width, seat_z = draw(rng, (0.39, 0.44), fit), draw(rng, (0.62, 0.72))
+    half = width / 2
+    pillar, backed, padded = rng.random() < 0.4, rng.random() < 0.5, rng.random() < 0.5
+    rect, under = (-half, -half, half, half), seat_z - 0.045
+    if pillar:
+        parts = [
+            rod("base", metal, (0, 0), half, 0.0, 0.02, half * 0.94, 16),
+            *turned("pole", metal, (0, 0), ((0.05, 0.02), (0.025, 0.06), (0.025, under)), 10),
+            *_foot_ring(metal, 0.28),
+        ]
+    else:
+        parts = four_legs(style, timber, rect, 0.034, under, 0.7)
+        x0, y0, x1, y1 = leg_middles(style, rect, 0.034, under, 0.28, 0.7)
+        reach = leg_half(style, 0.034, under, 0.28) - 0.006
+        for y in (y0, y1):
+            parts.append(pole("foot_rest", metal, (x0 + reach, y, 0.28), (x1 - reach, y, 0.28), 0.009, sides=6))
+    seat = cloth if padded else timber
+    parts.append(slab("seat", seat, rect, under, seat_z, "seat", 0.07 if not pillar else half, 0.012, 3))
+    if backed:
+        for s in (-1, 1):
+            low, high = (s * 0.06 - 0.01, half - 0.034, seat_z), (s * 0.06 + 0.01, half - 0.016, seat_z + 0.2)
+            parts.append(block("post", metal, low, high))
+        field = (-half + 0.03, seat_z + 0.09, half - 0.03, seat_z + 0.27)
+        parts.append(front_pad("back", seat, field, half - 0.058, half - 0.03))
+    return centred(parts)
+
+
+def _foot_ring(metal: Finish, z: float) -> list[Part]:
+    """A hexagonal foot rest around a pillar, on two spokes."""
+    corners: list[Point] = [(0.14 * c, 0.14 * s, z) for c, s in (cos_sin(math.pi * k / 3) for k in range(6))]
+    ring = [pole("foot_rest", metal, corners[k - 1], corners[k], 0.008, sides=6) for k in range(6)]
+    spokes = [strip("spoke", metal, (s * 0.02, 0.0, z), (s * 0.135, 0.0, z), 0.014, 0.012) for s in (-1, 1)]
+    return [*ring, *spokes]
+
+
 def bench(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
-    """A bench without a back, on two trestles, with a seat place for every .55 m."""
-    wood = tone(rng, pick(rng, style.woods))
-    width, depth, seat_z = draw(rng, (1.1, 1.5), fit), draw(rng, (0.36, 0.42), fit), draw(rng, (0.43, 0.47))
+    """A bench without a back, with a seat place for every .55 m: on four legs or two trestles, padded now and then."""
+    room = size("bench")
+    timber, cloth = wood(rng, style), fabric(rng, style)
+    width, depth, seat_z = draw(rng, room.width_m, fit), draw(rng, room.depth_m, fit), draw(rng, (0.43, 0.47))
     x, y = width / 2, depth / 2
-    parts = four_legs(style, wood, (-x + 0.06, -y + 0.02, x - 0.06, y - 0.02), 0.045, seat_z - 0.04, 0.3)
-    places = int(width / 0.55)
+    padded, trestle = rng.random() < 0.4, rng.random() < 0.5
+    board = seat_z - 0.05 if padded else seat_z
+    parts: list[Part] = []
+    if trestle:
+        for s in (-1, 1):
+            foot: Rect = (s * (x - 0.14) - 0.025, -y + 0.03, s * (x - 0.14) + 0.025, y - 0.03)
+            top: Rect = (foot[0], -y + 0.08, foot[2], y - 0.08)
+            parts.append(tapered("leg", timber, foot, top, 0.0, board - 0.04))
+    else:
+        parts += four_legs(style, timber, (-x + 0.05, -y + 0.02, x - 0.05, y - 0.02), 0.045, board - 0.04, 0.3)
+    end = x - (0.16 if trestle else 0.12)
+    parts.append(block("rail", timber, (-end, -0.015, board - 0.11), (end, 0.015, board - 0.04)))
+    if padded:
+        parts.append(slab("frame", timber, (-x, -y, x, y), board - 0.04, board, None, 0.02))
+    places = int(width / BENCH_PLACE_M)
     for i in range(places):
         x0, x1 = -x + width * i / places, -x + width * (i + 1) / places
-        parts.append(block("seat", wood, (x0, -y, seat_z - 0.04), (x1, y, seat_z), "seat"))
-    parts.append(block("rail", wood, (-x + 0.12, -0.02, seat_z - 0.1), (x - 0.12, 0.02, seat_z - 0.04)))
+        parts.append(
+            cushion("seat", cloth, (x0 + 0.004, -y + 0.004, x1 - 0.004, y - 0.004), board, seat_z, "seat")
+            if padded
+            else block("seat", timber, (x0, -y, seat_z - 0.04), (x1, y, seat_z), "seat")
+        )
     return centred(parts)

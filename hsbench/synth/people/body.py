@@ -1,4 +1,4 @@
-"""A simulated person's body: segment lengths, colours, and the tapered capsules that stand for flesh and clothes.
+"""A simulated person's body: segment lengths, looks, and the tapered capsules that stand for flesh and clothes.
 
 Segment lengths are shares of stature after Drillis & Contini (1966) as printed in Winter, Biomechanics and Motor
 Control of Human Movement, fig. 4.1. Winter's shoulder and hip breadths reach to the outer contour; a joint lies one
@@ -14,11 +14,14 @@ import numpy as np
 from hsbench.errors import SchemaError
 from hsbench.geometry.numerics import quantise_m
 from hsbench.schema.skeletons import KINECT_V2
+from hsbench.synth.people.shapes import SHAPE_OF, SHAPES
+from hsbench.synth.people.wardrobe import (
+    HAIR_STYLES, HAIRS, LEGS, OUTFITS, SHOES, SKINS, SLEEVES, Colour, Hair, Legs, Sleeves, looks,
+)  # fmt: skip
 from hsbench.typing import FloatArray
 
-Colour = tuple[int, int, int]
-
-STATURE_RANGE_M = (1.55, 1.90)
+STATURE_RANGE_M = (1.55, 1.95)
+STATURE_SPREAD_M = 0.05  # of people of one shape, either way
 
 # Shares of stature, Winter fig. 4.1 (heights above the floor, then segment lengths).
 ANKLE_HEIGHT = 0.039
@@ -60,15 +63,6 @@ HEAD_HALF_AXIS = 0.018
 CHEST_OFFSET = 0.046  # the two chest capsules lie so far left and right of the spine
 BELLY_OFFSET = 0.040
 
-# sRGB palettes.
-SKINS: tuple[Colour, ...] = ((245, 214, 190), (229, 188, 156), (205, 158, 122), (160, 112, 80), (112, 74, 52))
-HAIRS: tuple[Colour, ...] = ((28, 24, 22), (62, 42, 30), (112, 78, 48), (186, 150, 96), (132, 130, 128))
-SHIRTS: tuple[Colour, ...] = (
-    (178, 44, 48), (42, 84, 150), (54, 120, 76), (222, 214, 200), (226, 164, 52), (110, 72, 130), (70, 76, 84),
-)  # fmt: skip
-TROUSERS: tuple[Colour, ...] = ((42, 52, 78), (64, 64, 68), (120, 104, 80), (32, 34, 40), (86, 96, 72))
-SHOES: tuple[Colour, ...] = ((30, 28, 28), (88, 58, 38), (214, 212, 208), (120, 36, 36))
-
 J = {name: index for index, name in enumerate(KINECT_V2.names)}
 """Joint index by name."""
 
@@ -77,17 +71,21 @@ SIDES = ("left", "right")
 
 @dataclass(frozen=True)
 class Body:
-    """A person: stature in metres, girth (factor on all radii), and sRGB colours of skin and clothes."""
+    """A person: stature in metres, girth (factor on all radii), shape (of ``SHAPES``), clothes, and sRGB colours."""
 
     stature_m: float
     girth: float = 1.0
     skin: Colour = SKINS[1]
-    hair: Colour = HAIRS[1]
-    shirt: Colour = SHIRTS[0]
-    trousers: Colour = TROUSERS[0]
+    hair: Colour = HAIRS[2]
+    shirt: Colour = OUTFITS[0][0]
+    trousers: Colour = OUTFITS[0][1]
     shoes: Colour = SHOES[0]
+    shape: str = SHAPES[0].name
+    hair_style: Hair = "short"
+    sleeves: Sleeves = "short"
+    legs: Legs = "trousers"
 
-    GIRTH_RANGE = (0.92, 1.10)
+    GIRTH_RANGE = (0.95, 1.06)  # of a person against the girth of their shape
 
     def __post_init__(self) -> None:
         low, high = STATURE_RANGE_M
@@ -95,14 +93,20 @@ class Body:
             raise SchemaError(f"body.stature_m is {self.stature_m}; expected {low}..{high} m (is it in centimetres?)")
         if not 0.5 <= self.girth <= 2.0:
             raise SchemaError(f"body.girth is {self.girth}; expected a factor of 0.5..2")
+        for name, known in (
+            ("shape", tuple(SHAPE_OF)), ("hair_style", HAIR_STYLES), ("sleeves", SLEEVES), ("legs", LEGS),
+        ):  # fmt: skip
+            if getattr(self, name) not in known:
+                raise SchemaError(f"body.{name} is {getattr(self, name)!r}; expected one of {', '.join(known)}")
 
     @classmethod
     def sample(cls, rng: np.random.Generator) -> Body:
         """A person drawn at random."""
-        stature_m = float(quantise_m(rng.uniform(*STATURE_RANGE_M)))
-        girth = float(quantise_m(rng.uniform(*cls.GIRTH_RANGE)))
-        palettes = (SKINS, HAIRS, SHIRTS, TROUSERS, SHOES)
-        return cls(stature_m, girth, *(palette[int(rng.integers(len(palette)))] for palette in palettes))
+        shape = SHAPES[int(rng.integers(len(SHAPES)))]
+        spread = rng.uniform(-STATURE_SPREAD_M, STATURE_SPREAD_M)
+        stature_m = float(np.clip(quantise_m(shape.stature_m + spread), *STATURE_RANGE_M))
+        girth = float(quantise_m(shape.girth * rng.uniform(*cls.GIRTH_RANGE)))
+        return cls(stature_m, girth, shape=shape.name, **looks(shape, rng))
 
     def of_stature(self, share: float) -> float:
         """A share of stature in metres."""

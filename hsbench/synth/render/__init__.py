@@ -1,6 +1,7 @@
 """Rendering: meshes, a camera and lights in; RGB, depth and ids out. The scene description knows no renderer.
 
-``open_renderer("auto")`` gives the OpenGL back end where EGL starts and the ray caster elsewhere.
+``open_renderer("auto")`` gives the OpenGL back end where EGL starts and the ray caster elsewhere. What a room looks like
+without people, with textures, shadows and bounced light, is made on top of either (``background``).
 """
 
 from hsbench.synth.render.base import (

@@ -2,7 +2,7 @@
 
 Everything is in the world (= episode) frame, metres, z up; the camera frame is x right, y down, z forward.
 What a back end draws: a triangle is seen where its front (counter-clockwise) side faces the camera and its depth is
-at least NEAR_M; what is seen from behind is not there. Depth and id belong to the ray through the pixel centre.
+at least NEAR_M; what is seen from behind is not there. Colour, depth and id belong to the ray through the pixel centre.
 A pixel that sees nothing has depth 0, id 0 and black RGB.
 """
 
@@ -114,26 +114,6 @@ class Lighting:
                     f"lighting.{name} has {len(getattr(self, name))} lights; expected at most {MAX_LIGHTS_PER_KIND}"
                 )
 
-    @classmethod
-    def indoor(cls, room_min: Vector, room_max: Vector, level: float = 1.0) -> Lighting:
-        """A readable day-lit look for a room given by its lowest and highest corner in metres.
-
-        Every direction a face can look in gets its own brightness, floors most and undersides least, so edges show
-        without textures. The lamp hangs 2 m above the ceiling: lights cast no shadow here, so it still reaches the
-        room, and neither ceiling nor a head under it burns out. ``level`` scales everything (evening: below 1).
-        """
-        centre = tuple(0.5 * (a + b) for a, b in zip(room_min, room_max, strict=True))
-        warm, cool = (1.0, 0.97, 0.91), (0.92, 0.96, 1.0)
-        return cls(
-            ambient=0.42 * level,
-            points=(PointLight((centre[0], centre[1], room_max[2] + 2.0), 4.4 * level, warm),),
-            directionals=(
-                DirectionalLight((-0.85, -0.20, -0.50), 0.30 * level, cool),
-                DirectionalLight((-0.10, 0.95, -0.30), 0.16 * level, warm),
-                DirectionalLight((0.0, 0.0, 1.0), 0.24 * level, warm),
-            ),
-        )
-
 
 @dataclass(frozen=True)
 class Window:
@@ -188,26 +168,22 @@ class Renderer(Protocol):
         world_T_camera: FloatArray,
         lights: Lighting,
         window: Window | None = None,
-        supersample: int = 1,
     ) -> View:
         """Draw ``meshes``, and only these, seen by ``camera`` at the (4, 4) pose ``world_T_camera``.
 
         ``window`` (default: the full image) crops: its pixels equal those of a full render.
-        ``supersample`` n averages n x n colour samples per pixel, over those that hit something; depth and ids stay
-        those of the pixel centre. Raises SchemaError for a window outside the image or two meshes with one id.
+        Raises SchemaError for a window outside the image or two meshes with one id.
         """
 
 
 def check_request(
-    meshes: Sequence[Mesh], camera: PinholeCamera, world_T_camera: FloatArray, window: Window | None, supersample: int
+    meshes: Sequence[Mesh], camera: PinholeCamera, world_T_camera: FloatArray, window: Window | None
 ) -> Window:
     """The checks every back end makes of a request; returns the window to draw. Raises SchemaError."""
     window = window or Window.full(camera)
     window.check(camera)
     if np.shape(world_T_camera) != (4, 4):
         raise SchemaError(f"world_T_camera has shape {np.shape(world_T_camera)}; expected (4, 4)")
-    if not 1 <= supersample <= 4:
-        raise SchemaError(f"supersample is {supersample}; expected 1..4")
     if len({mesh.mesh_id for mesh in meshes}) != len(meshes):
         ids = [mesh.mesh_id for mesh in meshes]
         repeated = sorted({i for i in ids if ids.count(i) > 1})

@@ -6,7 +6,7 @@ correctness or time here:
 - Nodes and lights are drawn in a fixed order. pyrender keeps them in sets, ordered by memory address, so that
   coinciding surfaces and rounding would differ from process to process.
 - No multisampling: colour belongs to the pixel centre, like depth and id, and silhouettes are not mixed with the
-  empty background. Smooth edges come from ``supersample``.
+  empty background.
 - One framebuffer grows as needed and is never replaced by a smaller one; scissor and readback are the window's.
 - Only the meshes of the request are drawn; others stay uploaded. A moved mesh is a write into its vertex buffer.
 - Depth and ids come from the SEG pass, whose 24-bit colour carries the id. Mesh bounds and shadows, which break on
@@ -27,7 +27,7 @@ import numpy as np
 from hsbench.errors import HsbenchError, MissingExtraError
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.synth.render.base import NEAR_M, Lighting, Mesh, View, Window, check_request
-from hsbench.synth.render.shading import average_samples, corner_normals, to_linear
+from hsbench.synth.render.shading import corner_normals, to_linear
 from hsbench.typing import AnyArray, Float32Array, FloatArray, UInt8Array, UInt16Array
 
 # pyrender picks its OpenGL loader from this variable when it is imported.
@@ -179,10 +179,9 @@ class PyrenderRenderer:
         world_T_camera: FloatArray,
         lights: Lighting,
         window: Window | None = None,
-        supersample: int = 1,
     ) -> View:
         """See Renderer.render."""
-        window = check_request(meshes, camera, world_T_camera, window, supersample)
+        window = check_request(meshes, camera, world_T_camera, window)
         if os.getpid() != self._process:
             raise HsbenchError("an OpenGL context does not survive a fork: start worker processes by 'spawn'")
         self._platform.make_current()
@@ -194,12 +193,10 @@ class PyrenderRenderer:
         self._gl.draw_list = nodes
         self._scene.set_pose(self._camera_node, world_T_camera @ _CAMERA_T_GL)
         colours = {node: np.array([m.mesh_id & 255, m.mesh_id >> 8, 0]) for node, m in zip(nodes, shown, strict=True)}
-        seg, window_depth = self._draw(camera, window, 1, _SEG_FLAGS, colours)
+        seg, window_depth = self._draw(camera, window, _SEG_FLAGS, colours)
         depth_m, ids = _metres(window_depth), _ids(seg)
-        rgba, _ = self._draw(camera, window, supersample, _COLOUR_FLAGS, None)
-        rgb = average_samples(rgba[..., :3], rgba[..., 3] > 0, supersample)
-        rgb[ids == 0] = 0
-        return View(rgb, depth_m, ids)
+        rgba, _ = self._draw(camera, window, _COLOUR_FLAGS, None)
+        return View(np.where(ids[..., None] > 0, rgba[..., :3], np.uint8(0)), depth_m, ids)
 
     def facts(self) -> dict[str, str]:
         """Vendor, renderer and version string of the GL stack that draws."""
@@ -208,16 +205,15 @@ class PyrenderRenderer:
         return {key: GL.glGetString(name).decode() for key, name in names.items()}
 
     def _draw(
-        self, camera: PinholeCamera, window: Window, factor: int, flags: int, colours: dict[Any, AnyArray] | None
+        self, camera: PinholeCamera, window: Window, flags: int, colours: dict[Any, AnyArray] | None
     ) -> tuple[UInt8Array, Any]:
         lens = self._camera_node.camera
-        lens.fx, lens.fy = camera.fx_px * factor, camera.fy_px * factor
-        lens.cx, lens.cy = camera.cx_px * factor, camera.cy_px * factor
+        lens.fx, lens.fy, lens.cx, lens.cy = camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px
         # The viewport stays the full image and only scissor and readback shrink, so a window's pixels are computed
         # from the very same numbers as the full image's.
-        self._gl.viewport_width, self._gl.viewport_height = camera.width_px * factor, camera.height_px * factor
+        self._gl.viewport_width, self._gl.viewport_height = camera.width_px, camera.height_px
         bottom = camera.height_px - window.v0 - window.height
-        self._gl.box_gl = (window.u0 * factor, bottom * factor, window.width * factor, window.height * factor)
+        self._gl.box_gl = (window.u0, bottom, window.width, window.height)
         colour, depth = self._gl.render(self._scene, flags, colours)
         return colour, depth
 

@@ -15,8 +15,8 @@ import numpy as np
 from hsbench.errors import MissingExtraError
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.synth.render.base import NEAR_M, Lighting, Mesh, View, Window, check_request
-from hsbench.synth.render.shading import average_samples, corner_normals, lambert, to_bytes, to_linear
-from hsbench.typing import AnyArray, FloatArray, IntArray, UInt8Array
+from hsbench.synth.render.shading import corner_normals, lambert, to_bytes, to_linear
+from hsbench.typing import AnyArray, BoolArray, Float32Array, FloatArray, Int32Array, IntArray, UInt8Array
 
 try:
     from embreex.mesh_construction import TriangleMesh
@@ -57,6 +57,26 @@ class _Hits:
     depth: FloatArray
 
 
+class Occluders:
+    """Triangles to ask about any rays: for light, whatever back end draws. Both sides of a triangle stop a ray."""
+
+    def __init__(self, corners: FloatArray, stops: BoolArray) -> None:
+        """corners: (T, 3, 3) metres. stops: (T,) whether a triangle stops rays."""
+        self._numbers = np.append(np.flatnonzero(stops), -1).astype(np.int32)  # the last is what -1 stands for
+        self._scene = EmbreeScene(robust=True)
+        if stops.any():
+            TriangleMesh(self._scene, corners[stops].astype(np.float32))
+
+    def first(self, origins: Float32Array, directions: Float32Array) -> Int32Array:
+        """(N, 3) origins and directions -> (N,) int32 number of the first triangle hit, -1 for none."""
+        return np.asarray(self._numbers[self._scene.run(origins, directions)])
+
+    def blocked(self, origins: Float32Array, vectors: Float32Array) -> BoolArray:
+        """(N, 3) origins and vectors -> (N,) bool: a triangle lies between an origin and the end of its vector."""
+        hit = self._scene.run(origins, vectors, np.ones(len(origins), dtype=np.float32), query="OCCLUDED")
+        return np.asarray(hit == 0)
+
+
 class RaycastRenderer:
     """Renderer by ray casting. Keeps the last scene, so that windows of the same meshes are built once."""
 
@@ -72,32 +92,20 @@ class RaycastRenderer:
         world_T_camera: FloatArray,
         lights: Lighting,
         window: Window | None = None,
-        supersample: int = 1,
     ) -> View:
         """See Renderer.render."""
-        window = check_request(meshes, camera, world_T_camera, window, supersample)
+        window = check_request(meshes, camera, world_T_camera, window)
         shape = (window.height, window.width)
         if not any(len(mesh.triangles) for mesh in meshes):
             return View(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.float32), np.zeros(shape, np.uint16))
         if self._built is None or not self._built.serves(meshes, world_T_camera[:3, 3]):
             self._built = _build(meshes, world_T_camera[:3, 3])
         built = self._built
-        rays = _rays(camera, world_T_camera, window, 1)
+        rays = _rays(camera, world_T_camera, window)
         hits = _cast(built, rays)
-        seen = hits.triangle >= 0
-        ids = np.where(seen, built.mesh_ids[hits.triangle], 0).astype(np.uint16)
-        if supersample > 1:
-            fine = _rays(camera, world_T_camera, window, supersample)
-            fine_hits = _cast(built, fine)
-            samples = _shade(built, fine, fine_hits, lights)
-        else:
-            fine_hits, samples = hits, _shade(built, rays, hits, lights)
-        fine_shape = (supersample * window.height, supersample * window.width)
-        rgb = average_samples(
-            samples.reshape(*fine_shape, 3), (fine_hits.triangle >= 0).reshape(fine_shape), supersample
-        )
-        rgb[~seen.reshape(shape)] = 0
-        return View(rgb, hits.depth.astype(np.float32).reshape(shape), ids.reshape(shape))
+        ids = np.where(hits.triangle >= 0, built.mesh_ids[hits.triangle], 0).astype(np.uint16)
+        rgb = _shade(built, rays, hits, lights)
+        return View(rgb.reshape(*shape, 3), hits.depth.astype(np.float32).reshape(shape), ids.reshape(shape))
 
 
 def _build(meshes: Sequence[Mesh], position: FloatArray) -> _Built:
@@ -118,10 +126,10 @@ def _build(meshes: Sequence[Mesh], position: FloatArray) -> _Built:
     )
 
 
-def _rays(camera: PinholeCamera, world_T_camera: FloatArray, window: Window, factor: int) -> FloatArray:
-    """(N, 3) world directions of camera z = 1 through the centres of the window's (sub)pixels, row by row."""
-    u = (window.u0 + (np.arange(window.width * factor) + 0.5) / factor - camera.cx_px) / camera.fx_px
-    v = (window.v0 + (np.arange(window.height * factor) + 0.5) / factor - camera.cy_px) / camera.fy_px
+def _rays(camera: PinholeCamera, world_T_camera: FloatArray, window: Window) -> FloatArray:
+    """(N, 3) world directions of camera z = 1 through the centres of the window's pixels, row by row."""
+    u = (window.u0 + np.arange(window.width) + 0.5 - camera.cx_px) / camera.fx_px
+    v = (window.v0 + np.arange(window.height) + 0.5 - camera.cy_px) / camera.fy_px
     right, down, forward = world_T_camera[:3, :3].T
     # Elementwise products, not matmul: BLAS may sum differently for other sizes, and a crop must equal the full image.
     rays = u[None, :, None] * right + v[:, None, None] * down + forward

@@ -1,11 +1,11 @@
-"""What both back ends share about light: normals, the display curve, and the averaging of colour samples."""
+"""What both back ends share about light: normals, Lambert's law and the display curve."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from hsbench.synth.render.base import Lighting, Mesh
-from hsbench.typing import AnyArray, FloatArray, UInt8Array
+from hsbench.typing import FloatArray, UInt8Array
 
 GAMMA = 2.2
 """Display curve: byte = 255 * linear ** (1 / GAMMA). A power, since pyrender's shader ends in this very one."""
@@ -51,25 +51,6 @@ def lambert(points: FloatArray, normals: FloatArray, lights: Lighting) -> FloatA
         facing = np.maximum(np.einsum("ij,ij->i", normals, offset), 0.0)
         total += (facing / distance**3)[:, None] * (lamp.intensity * np.asarray(lamp.colour))
     return total
-
-
-def average_samples(rgb: UInt8Array, covered: AnyArray, factor: int) -> UInt8Array:
-    """(factor H, factor W, 3) samples and (factor H, factor W) whether each hit something -> (H, W, 3) means.
-
-    The mean is over the samples that hit, so that a silhouette keeps the colour of its object. Always a new array.
-    """
-    if factor == 1:
-        return np.array(rgb)
-    height, width = covered.shape[0] // factor, covered.shape[1] // factor
-    count = np.zeros((height, width, 1), dtype=np.uint16)
-    total = np.zeros((height, width, 3), dtype=np.uint16)
-    for row in range(factor):
-        for column in range(factor):
-            hit = covered[row::factor, column::factor, None]
-            count += hit
-            total += np.where(hit, rgb[row::factor, column::factor], 0).astype(np.uint16)
-    count = np.maximum(count, 1)
-    return np.asarray((total + count // 2) // count, dtype=np.uint8)
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

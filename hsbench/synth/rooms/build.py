@@ -1,99 +1,93 @@
-"""Build a furnished room from seeds: shell, groups of a template, extras, fillers, curtains and clutter.
-
-Every step draws from a stream of its own name, so that one step never changes what another draws.
-"""
+"""Build furnished scenes from seeds: a single room, or a flat or office of several."""
 
 from __future__ import annotations
 
-import numpy as np
-
 from hsbench.errors import SchemaError
-from hsbench.schema.scene import Room, Scene, SceneObject
+from hsbench.geometry.transforms import planar
+from hsbench.schema.scene import Scene, SceneObject
 from hsbench.synth.furniture import MOVABLE, Style, family
-from hsbench.synth.rooms.config import RoomConfig
-from hsbench.synth.rooms.finish import clutter_on, curtains
-from hsbench.synth.rooms.groups import GROUPS
-from hsbench.synth.rooms.placing import Item, Layout
-from hsbench.synth.rooms.poses import Context
-from hsbench.synth.rooms.shell import draw_shell, shell_objects
-from hsbench.synth.rooms.templates import FILLERS, TEMPLATES
+from hsbench.synth.rooms.config import HomeConfig, RoomConfig, Weights
+from hsbench.synth.rooms.floor_plans import draw_home_plan, draw_room_plan, weighted
+from hsbench.synth.rooms.furnish import furnish
+from hsbench.synth.rooms.plan import FloorPlan
+from hsbench.synth.rooms.placing import Layout
+from hsbench.synth.rooms.structure import around_room, room_style, structure
+from hsbench.synth.rooms.templates import TEMPLATES
 from hsbench.synth.seeds import Seeds
-
-FITS = (1.0, 0.5, 0.0)  # a group that does not fit is tried in smaller sizes
-FILLER_ROUNDS = 3
 
 
 def build_scene(scene_id: str, seeds: Seeds, config: RoomConfig, families: tuple[str, ...]) -> Scene:
-    """A furnished room in the room frame: inner corner at the origin, walls along x and y, floor z = 0.
+    """A furnished room in the scene frame: its smallest x and y are 0, walls along x and y, floor z = 0.
 
     families: names of style families to choose from. Never fails for want of space: what does not fit is left out.
     Raises SchemaError for no or unknown families.
     """
+    style = _family(seeds, families)
+    template = weighted(seeds.rng("template"), divided(config.templates, config.divider_share))
+    plan = draw_room_plan(seeds, config, TEMPLATES[template].room_type)
+    return _furnished(scene_id, plan, (template,), seeds, config, style)
+
+
+def build_home(scene_id: str, seeds: Seeds, config: HomeConfig, families: tuple[str, ...]) -> Scene:
+    """A furnished flat or office in the scene frame: the smallest x and y of its rooms are 0. Rooms in plan order.
+
+    Each room depends on the plan, the style and its own seeds only. Raises SchemaError for no or unknown families.
+    """
+    style = _family(seeds, families)
+    plan = draw_home_plan(seeds, config)
+    weights = divided(config.room.templates, config.room.divider_share)
+    templates = []
+    for i, room in enumerate(plan.rooms):
+        own = tuple((name, w) for name, w in weights if TEMPLATES[name].room_type == room.room_type)
+        if not own:
+            raise SchemaError(f"room.templates has none for a {room.room_type}; expected one for each type of room")
+        templates.append(weighted(seeds.rng(f"template-{i}"), own))
+    return _furnished(scene_id, plan, tuple(templates), seeds, config.room, style)
+
+
+def divided(weights: Weights, share: float) -> Weights:
+    """The weights such that, within a room type that has both, templates with a divider have this share."""
+    totals: dict[tuple[str, bool], float] = {}
+    for name, weight in weights:
+        key = (TEMPLATES[name].room_type, TEMPLATES[name].divided)
+        totals[key] = totals.get(key, 0.0) + weight
+    found = []
+    for name, weight in weights:
+        kind, is_divided = TEMPLATES[name].room_type, TEMPLATES[name].divided
+        with_divider, without = totals.get((kind, True), 0.0), totals.get((kind, False), 0.0)
+        if with_divider and without:
+            own = share if is_divided else 1.0 - share
+            weight *= own * (with_divider + without) / (with_divider if is_divided else without)
+        found.append((name, weight))
+    return tuple((name, weight) for name, weight in found if weight > 0)
+
+
+def _family(seeds: Seeds, families: tuple[str, ...]) -> Style:
+    """A style family narrowed to one home."""
     if not families:
-        raise SchemaError("build_scene got no style family; expected at least one name")
-    style = family(families[int(seeds.rng("family").integers(len(families)))]).for_room(seeds.rng("style"))
-    template_name = _template(seeds.rng("template"), config)
-    shell = draw_shell(seeds, config)
-    layout = Layout(shell, shell_objects(shell, seeds, style), config)
-    for i, group in enumerate(_programme(seeds.rng("programme"), template_name, config)):
-        _place(layout, style, seeds.child(f"group-{i}"), config, group)
-    _fill_up(layout, style, seeds, config)
-    curtains(layout, style, seeds, config)
-    clutter_on(layout, style, seeds, config)
-    room = Room(TEMPLATES[template_name].room_type, shell.outline_xy)
-    return Scene(scene_id, (room,), shell.size_m[2], _objects(layout), style.name)
+        raise SchemaError("a scene got no style family; expected at least one name")
+    return family(families[int(seeds.rng("family").integers(len(families)))]).for_room(seeds.rng("style"))
 
 
-def _template(rng: np.random.Generator, config: RoomConfig) -> str:
-    names, weights = zip(*config.templates, strict=True)
-    edges = np.cumsum(np.array(weights, dtype=np.float64))
-    return str(names[int(np.searchsorted(edges, rng.random() * edges[-1], side="right"))])
+def _furnished(
+    scene_id: str, plan: FloorPlan, templates: tuple[str, ...], seeds: Seeds, config: RoomConfig, home: Style
+) -> Scene:
+    styles = [room_style(home, room.room_type, seeds.rng(f"style-{i}")) for i, room in enumerate(plan.rooms)]
+    objects = structure(plan, seeds.child("structure"), home, styles)
+    placed: list[SceneObject] = []
+    for i, (template, style) in enumerate(zip(templates, styles, strict=True)):
+        bounds = around_room(objects, plan, i)
+        layout = furnish(plan.shell(i), bounds, template, style, seeds.child(f"room-{i}"), config)
+        placed += _objects(layout, len(objects) + len(placed) + 1)
+    return Scene(scene_id, plan.rooms, plan.height_m, (*objects, *placed), home.name)
 
 
-def _programme(rng: np.random.Generator, template_name: str, config: RoomConfig) -> list[str]:
-    """The groups to try, in order: those of the template, then some of its extras."""
-    template = TEMPLATES[template_name]
-    count = int(rng.integers(config.extras[0], config.extras[1], endpoint=True))
-    order = rng.permutation(len(template.extras))
-    return [_one_of(rng, name) for name in (*template.core, *(template.extras[int(i)] for i in order[:count]))]
-
-
-def _one_of(rng: np.random.Generator, names: str) -> str:
-    options = names.split("|")
-    return options[int(rng.integers(len(options)))]
-
-
-def _place(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig, group: str) -> list[Item]:
-    """Try a group in falling sizes; the items that found a place."""
-    name, _, mode = group.partition(":")
-    for fit in FITS:
-        placed = layout.place(GROUPS[name](Context(layout, style, seeds.child(f"fit-{fit}"), config, fit), mode))
-        if placed:
-            return placed
-    return []
-
-
-def _fill_up(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> None:
-    """Small things until the room holds its least number of objects, or nothing fits any more."""
-    rng = seeds.rng("fillers")
-    for turn in range(FILLER_ROUNDS):
-        for i in rng.permutation(len(FILLERS)):
-            if layout.furniture_count >= config.furniture[0]:
-                return
-            _place(layout, style, seeds.child(f"filler-{turn}-{i}"), config, FILLERS[int(i)])
-
-
-def _objects(layout: Layout) -> tuple[SceneObject, ...]:
-    """All objects with ascending ids: structure first, then furniture in the order of placement."""
-    first = len(layout.structure) + 1
-    placed = (
-        SceneObject(
-            i,
-            item.piece.category_name,
-            item.pose.scene_T_object,
-            item.piece.parts,
-            movable=item.piece.category_name in MOVABLE,
-        )
-        for i, item in enumerate(layout.items, start=first)
-    )
-    return (*layout.structure, *placed)
+def _objects(layout: Layout, first: int) -> list[SceneObject]:
+    """The items of a room in the scene frame, in the order of placement, with ids from ``first``."""
+    x, y = layout.shell.origin_xy
+    found = []
+    for i, item in enumerate(layout.items, start=first):
+        pose = planar(item.pose.x + x, item.pose.y + y, item.pose.yaw, item.pose.z)
+        name = item.piece.category_name
+        found.append(SceneObject(i, name, pose, item.piece.parts, movable=name in MOVABLE))
+    return found

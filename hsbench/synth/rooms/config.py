@@ -1,30 +1,37 @@
-"""What a recipe may set about rooms: sizes, kinds, density, and the guarantees a finished room keeps."""
+"""What a recipe may set about rooms and homes: sizes, shapes, kinds, density, and what a finished room guarantees."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hsbench.errors import SchemaError
+from hsbench.synth.rooms.plan_shapes import SHAPES
+from hsbench.synth.rooms.room_kinds import ROOM_KINDS, Range
 from hsbench.synth.rooms.templates import COMMON_TEMPLATES, TEMPLATES, even_weights
 
-Range = tuple[float, float]
+Weights = tuple[tuple[str, float], ...]
+"""(name, weight) pairs."""
 
 
 @dataclass(frozen=True)
 class RoomConfig:
-    """Lengths are metres, areas square metres, shares 0..1. Raises SchemaError for impossible values."""
+    """One room and how it is furnished. Lengths are metres, shares 0..1. Raises SchemaError for impossible values."""
 
-    width_m: Range = (3.6, 6.0)
-    depth_m: Range = (3.4, 5.4)
-    ceiling_m: Range = (2.4, 2.8)
-    wall_m: Range = (0.1, 0.2)
+    width_m: Range | None = None
+    """Range of the width where it is not to be what is usual for the room type; likewise the depth."""
+    depth_m: Range | None = None
+    ceiling_m: Range = (2.3, 3.2)
+    wall_m: Range = (0.2, 0.4)
+    shapes: Weights = (("rectangle", 0.55), ("l", 0.2), ("t", 0.1), ("niche", 0.15))
     windows: tuple[int, int] = (1, 2)
-    templates: tuple[tuple[str, float], ...] = even_weights(COMMON_TEMPLATES)
+    templates: Weights = even_weights(COMMON_TEMPLATES)
     """Arrangement templates with their weights; the novel ones are kept for test-novel."""
+    divider_share: float = 0.25
+    """Share of rooms divided by shelves or a sofa, where the type has such templates: they hide what is behind."""
     extras: tuple[int, int] = (3, 5)
     """Fewest and most optional groups that are tried after those of the template."""
     furniture: tuple[int, int] = (6, 20)
-    """Fewest and most objects of the furniture group."""
+    """Fewest and most objects of the furniture group in a room of usual size."""
     clutter_per_top: float = 1.2
     """Mean number of small things tried on a table or board, at most 3."""
     curtain_share: float = 0.5
@@ -36,9 +43,9 @@ class RoomConfig:
     free_floor_share: float = 0.37
     """Floor that no footprint covers; kept above the promised .35."""
     walkable_share: float = 0.15
-    """Floor where a body can stand and that is connected to the door."""
+    """Floor where a body can stand and that is connected to the doors."""
     pocket_m2: float = 0.1
-    """Free floor that may be cut off from the door, in all."""
+    """Free floor that may be cut off from the doors, in all."""
     seat_reach_m: float = 0.65
     """From the middle of a seat to a cell one can walk to; half a cell is kept from the promised .7."""
     hand_reach_m: float = 0.7
@@ -48,15 +55,66 @@ class RoomConfig:
 
     def __post_init__(self) -> None:
         for name in ("width_m", "depth_m", "ceiling_m", "wall_m", "windows", "extras", "furniture"):
-            low, high = getattr(self, name)
-            if not 0 <= low <= high:
-                raise SchemaError(f"room.{name} is {(low, high)}; expected 0 <= smallest <= largest")
-        if not self.templates:
-            raise SchemaError("room.templates is empty; expected at least one (name, weight)")
-        for name, weight in self.templates:
-            if name not in TEMPLATES:
-                raise SchemaError(f"room.templates names {name!r}; expected some of {', '.join(TEMPLATES)}")
-            if not weight > 0:
-                raise SchemaError(f"room.templates gives {name} the weight {weight}; expected a positive number")
-        if self.width_m[0] < 3.0 or self.depth_m[0] < 3.0:
-            raise SchemaError(f"room is {self.width_m[0]} x {self.depth_m[0]} m at least; expected 3 m or more")
+            _check_range(f"room.{name}", getattr(self, name))
+        _check_weights("room.templates", self.templates, TEMPLATES)
+        _check_weights("room.shapes", self.shapes, SHAPES)
+        least = [name for name in ("width_m", "depth_m") if (getattr(self, name) or (3.0, 3.0))[0] < 1.0]
+        if least:
+            raise SchemaError(f"room.{least[0]} begins below 1 m; expected metres (are these other units?)")
+
+
+@dataclass(frozen=True)
+class HomeConfig:
+    """A flat or office: which rooms, how they are built. ``room`` says how each is furnished.
+
+    programmes: names of ``PROGRAMMES`` with weights. Lengths are metres, shares 0..1. Raises SchemaError.
+    """
+
+    programmes: Weights = ()
+    ceiling_m: Range = (2.3, 3.2)
+    outer_m: Range = (0.2, 0.4)
+    inner_m: Range = (0.1, 0.15)
+    shaft_share: float = 0.3
+    """Of rooms large enough that have a shaft in a corner."""
+    open_share: float = 0.5
+    """Of neighbouring rooms for living, cooking and eating that have a wide passage between them."""
+    room: RoomConfig = field(default_factory=RoomConfig)
+
+    def __post_init__(self) -> None:
+        if not self.programmes:
+            object.__setattr__(self, "programmes", tuple((name, 1.0) for name in PROGRAMMES))
+        for name in ("ceiling_m", "outer_m", "inner_m"):
+            _check_range(f"home.{name}", getattr(self, name))
+        _check_weights("home.programmes", self.programmes, PROGRAMMES)
+
+
+PROGRAMMES: dict[str, tuple[str, ...]] = {
+    "studio": ("living", "bathroom"),
+    "one_room": ("corridor", "living", "kitchen", "bathroom"),
+    "one_bedroom": ("corridor", "living", "kitchen", "bathroom", "bedroom"),
+    "one_bedroom_study": ("corridor", "living", "kitchen", "bathroom", "bedroom", "study"),
+    "two_bedroom": ("corridor", "living", "kitchen", "bathroom", "bedroom", "bedroom"),
+    "two_bedroom_dining": ("corridor", "living", "dining", "bathroom", "bedroom", "bedroom"),
+    "three_bedroom": ("corridor", "living", "kitchen", "bathroom", "bathroom", "bedroom", "bedroom", "bedroom"),
+    "small_office": ("corridor", "office", "kitchen", "bathroom"),
+    "office": ("corridor", "office", "office", "meeting", "bathroom"),
+    "large_office": ("corridor", "office", "office", "office", "meeting", "kitchen", "bathroom"),
+}
+"""Name -> room types; the entrance leads into the first."""
+
+
+def _check_range(name: str, values: tuple[float, float] | None) -> None:
+    if values is not None and not 0 <= values[0] <= values[1]:
+        raise SchemaError(f"{name} is {values}; expected 0 <= smallest <= largest")
+
+
+def _check_weights(name: str, weights: Weights, known: object) -> None:
+    assert hasattr(known, "__iter__")
+    names = tuple(known)
+    if not weights:
+        raise SchemaError(f"{name} is empty; expected at least one (name, weight)")
+    for key, weight in weights:
+        if key not in names:
+            raise SchemaError(f"{name} names {key!r}; expected some of {', '.join(names)}")
+        if not weight > 0:
+            raise SchemaError(f"{name} gives {key} the weight {weight}; expected a positive number")

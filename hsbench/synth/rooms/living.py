@@ -1,14 +1,14 @@
-"""Living groups: sofa before a television, two sofas face to face, an armchair to read in."""
+"""Living groups: sofa before a television, two sofas face to face, an armchair to read in, a piano."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
-from hsbench.synth.furniture import decor
-from hsbench.synth.furniture.pieces import draw, pick, shade
-from hsbench.synth.furniture.style import Range
+from hsbench.synth.furniture.pieces import accent, draw, fabric, pick, shade
+from hsbench.synth.furniture.textiles import rug_of
 from hsbench.synth.rooms.placing import Item, Piece, Pose
 from hsbench.synth.rooms.poses import (
     QUARTER,
@@ -20,54 +20,84 @@ from hsbench.synth.rooms.poses import (
     in_room,
     jitter,
 )
+from hsbench.synth.rooms.search import across_m, fits, top_m
 
 TABLE_GAP_M = (0.55, 0.64)  # sofa to coffee table: a person passes
+TV_BACK_M = 0.05  # television to the rear edge of its stand
 PASS_M = 0.6  # least way between coffee table and television
 VIEW_M = (1.5, 3.3)  # television to sofa front
 BEHIND_M = 0.75  # least way behind a sofa that divides the room
 BESIDE_SOFA_M, BESIDE_TABLE_M = 0.12, 0.72  # least space between an armchair and these, sideways
 NEARER_TV_M, ARMCHAIR_TO_TV = 0.35, 0.3  # armchairs stand ahead of the coffee table, turned (radians) to the television
 SECOND_ARMCHAIR_SHARE = 0.4
+FOOT_REST_SHARE, FOOT_REST_M = 0.3, 0.35  # and the way between armchair and foot rest
+PIANO_STOOL_M = 0.08
 RUG_SHARE = 0.75
+BEHIND_SHARE = 0.5  # of sofas that stand free: a low sideboard behind, back to back
+BACKS_GAP_M = 0.03
 DEEPEST_RUG_M = 1.7
 RUG_AROUND_M = 0.5  # a rug is at least so much wider and deeper than the coffee table on it
 HALF_TURN = 2 * QUARTER
 
 
 def media(ctx: Context, mode: str) -> Iterator[Proposal]:
-    """Television on its stand at a wall; sofa facing it, at the opposite wall or (``divider``) free in the room."""
+    """Television on its stand at a wall; sofa facing it, at the opposite wall or (``free``) free in the room."""
     rng = ctx.rng("media")
-    stand, tv, sofa = ctx.piece("tv_stand"), ctx.piece("television"), ctx.piece("sofa")
-    table, chair = ctx.piece("coffee_table"), ctx.piece("armchair")
+    stand, sofa, table = (ctx.piece(name) for name in ("tv_stand", "sofa", "coffee_table"))
     gap = draw(rng, TABLE_GAP_M)
     side = pick(rng, (-1, 1))
     with_rug = rng.random() < RUG_SHARE
-    w, d, _ = ctx.layout.shell.size_m
-    for wall, _, pose in along_walls(ctx, stand, rng, "middle"):
-        across = w if wall.along[0] == 0 else d
-        to_wall = across - stand.depth - sofa.depth - 2 * WALL_GAP_M
+    backed = rng.random() < BEHIND_SHARE
+    for wall, along, pose in along_walls(ctx, stand, rng, "middle"):
+        if not fits(ctx, stand, pose):
+            continue
+        to_wall = across_m(ctx.layout.shell, wall, along) - stand.depth - sofa.depth - 2 * WALL_GAP_M
         for view in _views(mode, to_wall, gap + table.depth + PASS_M, rng):
             sofa_y = -(stand.depth / 2 + view + sofa.depth / 2)
+            if not fits(ctx, sofa, pose.then(0.0, sofa_y, HALF_TURN)):
+                continue
             front = sofa_y + sofa.depth / 2
             table_y = front + gap + table.depth / 2
             items = [
                 Item(stand, pose),
-                Item(tv, pose.then(0.0, 0.02, 0.0, stand.height)),
+                television_on(ctx, stand, pose),
                 Item(sofa, pose.then(0.0, sofa_y, HALF_TURN)),
             ]
             rug_z = 0.0
             if with_rug and view > gap + table.depth + RUG_AROUND_M:
-                least = (table.width + RUG_AROUND_M, table.depth + RUG_AROUND_M)
-                rug = _rug(ctx, least, (sofa.width, view - 0.25))
-                items.append(Item(rug, pose.then(0.0, front + 0.03 + rug.depth / 2)))
-                rug_z = rug.height
+                under = _rug_under(ctx, table, sofa.width, view - 0.25)
+                items.append(Item(under, pose.then(0.0, front + 0.03 + under.depth / 2)))
+                rug_z = under.height
             items.append(Item(table, pose.then(0.0, table_y, 0.0, rug_z)))
+            chair = ctx.piece("armchair")
             for s in (side, -side)[: 1 + int(rng.random() < SECOND_ARMCHAIR_SHARE)]:
                 x = s * (max(sofa.width / 2 + BESIDE_SOFA_M, table.width / 2 + BESIDE_TABLE_M) + chair.depth / 2)
                 turn = HALF_TURN - s * (QUARTER - ARMCHAIR_TO_TV) + jitter(rng, ctx.config.armchair_yaw_deg)
                 items.append(Item(chair, pose.then(x, table_y + NEARER_TV_M, turn), optional=True))
             items += _beside(ctx, pose.then(0.0, sofa_y, HALF_TURN), sofa, -side)
+            if backed and view < to_wall - BEHIND_M:
+                low = ctx.piece("sideboard", "-behind", fit=0.0)
+                y = sofa_y - sofa.depth / 2 - low.depth / 2 - BACKS_GAP_M
+                items.append(Item(low, pose.then(0.0, y), optional=True))
             yield items
+    if ctx.fit == 0.0:
+        yield from _seat_and_table(ctx, sofa, table, gap, rng)
+
+
+def television_on(ctx: Context, stand: Piece, pose: Pose) -> Item:
+    """A television on its stand, which is at a pose."""
+    tv = ctx.piece("television")
+    return Item(tv, pose.then(0.0, (stand.depth - tv.depth) / 2 - TV_BACK_M, 0.0, top_m(stand)))
+
+
+def _seat_and_table(
+    ctx: Context, sofa: Piece, table: Piece, gap: float, rng: np.random.Generator
+) -> Iterator[Proposal]:
+    """For a room without space for a television: a sofa at a wall with a table before it, or an armchair beside one."""
+    y = -(sofa.depth / 2 + gap + table.depth / 2)
+    for _, _, pose in along_walls(ctx, sofa, rng, "middle"):
+        yield [Item(sofa, pose), Item(table, pose.then(0.0, y))]
+    yield from reading(ctx, "")
 
 
 def _views(mode: str, to_wall: float, least: float, rng: np.random.Generator) -> list[float]:
@@ -75,19 +105,24 @@ def _views(mode: str, to_wall: float, least: float, rng: np.random.Generator) ->
     low, high = max(VIEW_M[0], least), VIEW_M[1]
     free = [v for v in np.arange(low, high, 0.2).tolist() if v <= to_wall - BEHIND_M]
     backed = [to_wall] if low <= to_wall <= high + 0.5 else []
-    if mode == "divider":
+    if mode == "free":
         return free[::-1][:4] + backed
     if mode == "any" and rng.random() < 0.5:
         return free[:3] + backed
     return backed + free[:2]
 
 
-def _rug(ctx: Context, least: Range, wanted: Range) -> Piece:
-    """A rug that carries the coffee table and ends before the sofa; both sizes are width and depth."""
+def rug(ctx: Context, width_m: float, depth_m: float) -> Piece:
+    """A rug of a given size in the colours of the room, to the centimetre."""
     rng = ctx.rng("rug")
-    cloth, edge = pick(rng, (*ctx.style.fabrics, *ctx.style.accents)), pick(rng, ctx.style.fabrics)
-    wide, deep = max(least[0], wanted[0]), max(least[1], min(wanted[1], DEEPEST_RUG_M))
-    return Piece("rug", decor.rug_of(cloth, shade(edge, 0.9), float(round(wide, 2)), float(round(deep, 2))))
+    cloth, edge = accent(rng, ctx.style), shade(fabric(rng, ctx.style), 0.9)
+    return Piece("rug", rug_of(cloth, edge, round(width_m, 2), round(depth_m, 2)))
+
+
+def _rug_under(ctx: Context, table: Piece, width_m: float, depth_m: float) -> Piece:
+    """A rug that carries the coffee table, of a wanted size where that is enough."""
+    wide = max(table.width + RUG_AROUND_M, width_m)
+    return rug(ctx, wide, max(table.depth + RUG_AROUND_M, min(depth_m, DEEPEST_RUG_M)))
 
 
 def _beside(ctx: Context, sofa_pose: Pose, sofa: Piece, side: int) -> list[Item]:
@@ -108,34 +143,53 @@ def facing_sofas(ctx: Context, mode: str) -> Iterator[Proposal]:
     gap = draw(rng, TABLE_GAP_M)
     apart = table.depth / 2 + gap + sofa.depth / 2
     half = apart + sofa.depth / 2
-    least = (table.width + RUG_AROUND_M, table.depth + RUG_AROUND_M)
-    rug = _rug(ctx, least, (sofa.width, 2 * (apart - sofa.depth / 2) - 0.1))
+    under = _rug_under(ctx, table, sofa.width, 2 * (apart - sofa.depth / 2) - 0.1)
     for pose in in_room(ctx, rng, min(half, sofa.width / 2) + 0.1):
         yield [
-            Item(rug, pose),
-            Item(table, pose.then(0.0, 0.0, 0.0, rug.height)),
+            Item(under, pose),
+            Item(table, pose.then(0.0, 0.0, 0.0, under.height)),
             Item(sofa, pose.then(0.0, apart)),
             Item(sofa, pose.then(0.0, -apart, HALF_TURN)),
             *_beside(ctx, pose.then(0.0, apart), sofa, 1),
         ]
+    if ctx.fit == 0.0:
+        yield from _seat_and_table(ctx, sofa, table, gap, rng)
 
 
 def reading(ctx: Context, mode: str) -> Iterator[Proposal]:
-    """An armchair in a corner or at a wall, turned into the room, with a lamp and a side table."""
+    """An armchair in a corner or at a wall, turned into the room, with a lamp, a side table, a foot rest."""
     rng = ctx.rng("reading")
     chair = ctx.piece("armchair")
-    lamp, small = ctx.piece("floor_lamp"), ctx.piece("side_table")
+    rested = rng.random() < FOOT_REST_SHARE
     side = pick(rng, (-1, 1))
 
     def with_company(pose: Pose) -> Proposal:
+        lamp, small = ctx.piece("floor_lamp"), ctx.piece("side_table")
         x = chair.width / 2
-        return [
+        items = [
             Item(chair, pose),
             Item(lamp, pose.then(side * (x + lamp.width / 2 + 0.04), chair.depth / 2 - 0.12), optional=True),
             Item(small, pose.then(-side * (x + small.width / 2 + 0.05), 0.0), optional=True),
         ]
+        if rested:
+            rest = ctx.piece("ottoman", fit=0.0)
+            items.append(Item(rest, pose.then(0.0, -(chair.depth + rest.depth) / 2 - FOOT_REST_M), optional=True))
+        return items
 
-    for pose in in_corners(ctx, chair, rng, 0.02):
-        yield with_company(pose.then(0.0, 0.0, jitter(rng, ctx.config.armchair_yaw_deg)))
-    for _, _, pose in along_walls(ctx, chair, rng, "any", 0.1):
-        yield with_company(pose.then(0.0, 0.0, jitter(rng, ctx.config.armchair_yaw_deg / 2)))
+    corners = (p.then(0.0, 0.0, jitter(rng, ctx.config.armchair_yaw_deg)) for p in in_corners(ctx, chair, rng, 0.02))
+    walls = (
+        p.then(0.0, 0.0, jitter(rng, ctx.config.armchair_yaw_deg / 2))
+        for _, _, p in along_walls(ctx, chair, rng, "any", 0.1)
+    )
+    yield from (with_company(pose) for pose in chain(corners, walls) if fits(ctx, chair, pose))
+
+
+def piano(ctx: Context, mode: str) -> Iterator[Proposal]:
+    """An upright piano at a wall with a stool before its keys."""
+    rng = ctx.rng("piano")
+    body = ctx.piece("piano")
+    for _, _, pose in along_walls(ctx, body, rng, "middle"):
+        if fits(ctx, body, pose):
+            seat = ctx.piece("stool")
+            y = -(body.depth / 2 + seat.depth / 2 + PIANO_STOOL_M)
+            yield [Item(body, pose), Item(seat, pose.then(0.0, y, HALF_TURN))]

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from hsbench.geometry.polygons import contains, outline_distance
 from hsbench.synth.furniture import Style, build
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.placing import Item, Layout, Piece, Pose
@@ -36,8 +38,15 @@ class Context:
 
     def piece(self, category_name: str, name: str = "", fit: float | None = None) -> Piece:
         """A built object; the stream is named by category and ``name``, so siblings may share or differ."""
-        rng = self.seeds.rng(f"shape-{category_name}{name}")
-        return Piece(category_name, build(category_name, rng, self.style, self.fit if fit is None else fit))
+        key = (category_name, name, self.fit if fit is None else fit)
+        if key not in self._pieces:
+            rng = self.seeds.rng(f"shape-{category_name}{name}")
+            self._pieces[key] = Piece(category_name, build(category_name, rng, self.style, key[2]))
+        return self._pieces[key]
+
+    @cached_property
+    def _pieces(self) -> dict[tuple[str, str, float], Piece]:
+        return {}
 
     def rng(self, name: str) -> np.random.Generator:
         """The stream for choices of one kind."""
@@ -47,7 +56,7 @@ class Context:
 def at_wall(wall: Wall, piece: Piece, along_m: float, gap_m: float = WALL_GAP_M, turn: float = 0.0) -> Pose:
     """Pose with the back (turn 0) or a side (quarter turns) of a piece at a wall, its middle at a place along it."""
     off = (piece.depth if turn == 0.0 else piece.width) / 2 + gap_m
-    x, y = wall.point(along_m, off)
+    x, y = wall.place(along_m, off)
     return Pose(x, y, wall.yaw + turn)
 
 
@@ -72,42 +81,52 @@ def along_walls(
             continue
         places = np.unique(np.append(np.arange(low, high, STEP_M), high).round(4))
         bonus = 0.3 * rng.random()  # walls differ, so that not every group crowds at the same one
-        for place in places:
+        for place in places.tolist():
             to_end = min(place - low, high - place) / max(high - low, 1e-6) * 2  # 0 at an end, 1 in the middle
             wish = {"corner": 1 - to_end, "middle": to_end, "any": 0.3 * (to_end < 1e-6)}[prefer]
-            found.append((wish + bonus + CHANCE * rng.random(), wall, float(place)))
+            found.append((wish + bonus + CHANCE * rng.random(), wall, place))
     found.sort(key=lambda f: -f[0])
     for _, wall, place in found:
         yield wall, place, at_wall(wall, piece, place, gap_m, turn)
 
 
 def in_corners(ctx: Context, piece: Piece, rng: np.random.Generator, gap_m: float = 0.06) -> Iterator[Pose]:
-    """Poses in the four corners, the front towards the middle of the room along a diagonal."""
-    w, d, _ = ctx.layout.shell.size_m
+    """Poses in the corners of the room, the front towards its middle, or along the diagonal where that is round a corner."""
     # Turned by a diagonal a square reaches further; small round things (lamps, plants) do not.
     turned = math.sqrt(2) if piece.width * piece.depth > ROUND_THINGS_M2 else 1.0
-    half = max(piece.width, piece.depth) / 2 * turned
-    corners = [(x, y) for x in (half + gap_m, w - half - gap_m) for y in (half + gap_m, d - half - gap_m)]
-    for i in rng.permutation(4):
-        x, y = corners[int(i)]
-        yield Pose(x, y, facing(x, y, w / 2, d / 2))
+    off = max(piece.width, piece.depth) / 2 * turned + gap_m
+    shell = ctx.layout.shell
+    corners = [(shell.walls[i - 1], wall) for i, wall in enumerate(shell.walls)]
+    # Two walls meet in a corner, rather than around one, where the second leads into the room.
+    inner = [(before, wall) for before, wall in corners if wall.along @ before.inward > 0]
+    for i in rng.permutation(len(inner)):
+        before, wall = inner[int(i)]
+        x, y = wall.start + off * (before.inward + wall.inward)
+        to_middle = shell.middle_xy - (x, y)
+        if min(to_middle @ before.inward, to_middle @ wall.inward) <= 0:
+            to_middle = before.inward + wall.inward
+        yield Pose(x, y, facing(x, y, x + to_middle[0], y + to_middle[1]))
 
 
 def in_room(ctx: Context, rng: np.random.Generator, margin_m: float, central: float = 1.0) -> Iterator[Pose]:
     """Poses on a grid away from the walls, both ways round, those near the middle of the room first."""
-    w, d, _ = ctx.layout.shell.size_m
+    shell = ctx.layout.shell
+    w, d, _ = shell.size_m
     if w < 2 * margin_m or d < 2 * margin_m:
         return
+    axes = (np.arange(margin_m, size - margin_m + 1e-9, GRID_M) for size in (w, d))
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    far = outline_distance(shell.outline_xy, points) >= margin_m - 1e-9
+    points = points[far & contains(shell.outline_xy, points)]
+    off = np.hypot(*(2 * (points - shell.middle_xy) / (w, d)).T)
     found = []
-    for x in np.arange(margin_m, w - margin_m + 1e-9, GRID_M):
-        for y in np.arange(margin_m, d - margin_m + 1e-9, GRID_M):
-            off = math.hypot(2 * x / w - 1, 2 * y / d - 1)
-            for turn in range(2):
-                lengthwise = 0.2 * ((turn == 0) == (w >= d))
-                found.append((central * off - lengthwise + CHANCE * rng.random(), float(x), float(y), turn))
+    for (x, y), away in zip(points.tolist(), off.round(9).tolist(), strict=True):
+        for turn in range(2):
+            lengthwise = 0.2 * ((turn == 0) == (w >= d))
+            found.append((central * away - lengthwise + CHANCE * rng.random(), x, y, turn))
     found.sort()
-    for _, px, py, turn in found:
-        yield Pose(px, py, turn * QUARTER + (math.pi if rng.random() < 0.5 else 0.0))
+    for _, x, y, turn in found:
+        yield Pose(x, y, turn * QUARTER + (math.pi if rng.random() < 0.5 else 0.0))
 
 
 def facing(x: float, y: float, target_x: float, target_y: float) -> float:

@@ -1,7 +1,7 @@
 """Arrangement templates: which groups of furniture a room holds, in the order in which they get their place.
 
-A group is written ``name`` or ``name:mode``; ``a|b`` means one of them. The groups of ``core`` are always tried, some
-of ``extras`` besides. Novel templates serve only test-novel.
+A group is written ``name`` or ``name:mode``; ``a|b`` means one of them. The groups of ``core`` are always tried, what
+makes the room what it is first; some of ``extras`` besides. Novel templates serve only test-novel.
 """
 
 from __future__ import annotations
@@ -18,34 +18,81 @@ class Template:
     extras: tuple[str, ...]
     novel: bool = False
 
+    @property
+    def divided(self) -> bool:
+        """Whether a divider stands in the room and hides what is behind it."""
+        return any(group.startswith("divider") for group in self.core)
 
-_LIVING_EXTRAS = ("bookshelf", "sideboard", "reading", "plant", "floor_lamp", "shelf", "desk:wall", "stool", "plant")
-_BEDROOM_EXTRAS = ("dresser", "reading", "plant", "floor_lamp", "shelf", "desk:wall", "stool", "bookshelf", "bench")
-_STUDY_EXTRAS = ("sideboard", "reading", "plant", "floor_lamp", "shelf", "bookshelf", "stool", "desk:wall", "plant")
-_DINING_EXTRAS = ("sideboard", "plant", "floor_lamp", "shelf", "bookshelf", "stool", "reading", "bench", "plant")
+
+_LIVING = ("bookshelf", "sideboard", "reading", "plant", "floor_lamp", "shelf", "desk:wall", "piano", "stool", "plant")
+_BEDROOM = ("dresser", "reading", "plant", "floor_lamp", "shelf", "desk:wall", "mirror", "bookshelf", "laundry_basket")
+_STUDY = ("sideboard", "reading", "plant", "floor_lamp", "shelf", "bookshelf", "waste_bin", "filing_cabinet", "plant")
+_DINING = ("sideboard", "plant", "floor_lamp", "shelf", "bookshelf", "piano", "reading", "bench", "plant")
+_KITCHEN = ("waste_bin", "plant", "stool", "storage_box")
+_BATHROOM = ("washing_machine", "bathroom_cabinet", "laundry_basket", "towel_rail", "waste_bin", "stool", "plant")
+_OFFICE = ("desk:wall", "filing_cabinet", "bookshelf", "whiteboard", "coat_rack", "waste_bin", "plant", "reading")
+_MEETING = ("water_cooler", "sideboard", "plant", "coat_rack", "waste_bin", "plant", "shelf")
+_CORRIDOR = ("coat_rack", "mirror", "bench", "shoe_cabinet", "storage_box", "plant")
 
 TEMPLATES: dict[str, Template] = {
-    "living_wall": Template("living", ("media:wall", "bookshelf|sideboard"), _LIVING_EXTRAS),
-    "living_divider": Template("living", ("media:divider", "sideboard|bookshelf|dining:wall"), _LIVING_EXTRAS),
-    "living_dining": Template("living", ("media:any", "dining:middle|dining:wall", "bookshelf"), _LIVING_EXTRAS),
-    "living_partition": Template("living", ("media:wall", "partition", "desk:wall|reading"), _LIVING_EXTRAS),
-    "bedroom_plain": Template("bedroom", ("bed", "wardrobe", "dresser|desk:wall"), _BEDROOM_EXTRAS),
-    "bedroom_partition": Template("bedroom", ("bed", "wardrobe", "partition", "desk:wall|reading"), _BEDROOM_EXTRAS),
-    "bedroom_sitting": Template("bedroom", ("bed", "wardrobe", "reading", "dresser"), _BEDROOM_EXTRAS),
-    "study_wall": Template("study", ("desk:wall", "bookshelf", "bookshelf", "reading"), _STUDY_EXTRAS),
-    "study_free": Template("study", ("desk:free", "bookshelf", "bookshelf", "sofa|reading"), _STUDY_EXTRAS),
-    "study_partition": Template("study", ("desk:wall", "partition", "bookshelf", "sofa|reading"), _STUDY_EXTRAS),
-    "dining_middle": Template("dining", ("kitchen", "dining:middle", "sideboard"), _DINING_EXTRAS),
-    "dining_island": Template("dining", ("kitchen:island", "dining:wall|dining:middle"), _DINING_EXTRAS),
-    "dining_partition": Template("dining", ("kitchen", "dining:middle|dining:wall", "partition"), _DINING_EXTRAS),
-    "living_facing": Template("living", ("facing", "sideboard|bookshelf", "partition"), _LIVING_EXTRAS, novel=True),
-    "bedroom_island": Template("bedroom", ("bed:island", "wardrobe", "reading"), _BEDROOM_EXTRAS, novel=True),
-    "study_pair": Template("study", ("desk:pair", "bookshelf", "sofa"), _STUDY_EXTRAS, novel=True),
-    "dining_bench": Template("dining", ("kitchen", "dining:bench", "partition"), _DINING_EXTRAS, novel=True),
-}
+    "living_wall": Template("living", ("media:wall", "bookshelf|sideboard"), _LIVING),
+    "living_free": Template("living", ("media:free", "sideboard|bookshelf|dining:wall"), _LIVING),
+    "living_dining": Template("living", ("media:any", "dining:middle|dining:wall", "bookshelf"), _LIVING),
+    "living_kitchen": Template("living", ("media:any", "kitchen|kitchen:corner", "dining:wall"), _LIVING),
+    "living_divider": Template("living", ("media:wall", "divider", "desk:wall|reading"), _LIVING),
+    "bedroom_plain": Template("bedroom", ("bed", "wardrobe", "dresser|desk:wall"), _BEDROOM),
+    "bedroom_sitting": Template("bedroom", ("bed", "wardrobe", "reading", "dresser"), _BEDROOM),
+    "bedroom_bunk": Template("bedroom", ("bunk", "wardrobe", "desk:wall", "storage_box"), _BEDROOM),
+    "bedroom_divider": Template("bedroom", ("bed", "wardrobe", "divider", "desk:wall|reading"), _BEDROOM),
+    "study_wall": Template("study", ("desk:wall", "bookshelf", "bookshelf", "reading"), _STUDY),
+    "study_free": Template("study", ("desk:free", "bookshelf", "bookshelf", "sofa|reading"), _STUDY),
+    "study_piano": Template("study", ("desk:wall", "piano", "bookshelf", "reading"), _STUDY),
+    "study_divider": Template("study", ("desk:wall", "divider", "bookshelf", "sofa|reading"), _STUDY),
+    "dining_middle": Template("dining", ("dining:middle", "sideboard", "bookshelf|plant"), _DINING),
+    "dining_wall": Template("dining", ("dining:wall", "sideboard", "reading|piano"), _DINING),
+    "dining_kitchen": Template("dining", ("kitchen", "dining:middle|dining:wall", "sideboard"), _DINING),
+    "dining_island": Template("dining", ("kitchen:island", "dining:wall|dining:middle"), _DINING),
+    "kitchen_run": Template("kitchen", ("kitchen",), _KITCHEN),
+    "kitchen_corner": Template("kitchen", ("kitchen:corner",), _KITCHEN),
+    "kitchen_table": Template("kitchen", ("kitchen|kitchen:corner", "dining:wall"), _KITCHEN),
+    "kitchen_island": Template("kitchen", ("kitchen:island", "plant"), _KITCHEN),
+    "bathroom_shower": Template("bathroom", ("bathroom:shower",), _BATHROOM),
+    "bathroom_tub": Template("bathroom", ("bathroom:tub",), _BATHROOM),
+    "bathroom_laundry": Template("bathroom", ("bathroom:shower|bathroom:tub", "washing_machine", "laundry_basket"),
+                                 _BATHROOM),
+    "office_single": Template("office", ("desk:free", "filing_cabinet", "bookshelf", "reading"), _OFFICE),
+    "office_walls": Template("office", ("desk:wall", "desk:wall", "desk:wall", "filing_cabinet"), _OFFICE),
+    "office_pair": Template("office", ("desk:pair", "filing_cabinet", "whiteboard"), _OFFICE),
+    "office_block": Template("office", ("desk:four", "filing_cabinet", "whiteboard"), _OFFICE),
+    "meeting_board": Template("meeting", ("meeting:board", "water_cooler"), _MEETING),
+    "meeting_screen": Template("meeting", ("meeting:screen", "sideboard"), _MEETING),
+    "meeting_both": Template("meeting", ("meeting:screen", "whiteboard", "plant"), _MEETING),
+    "corridor_coats": Template("corridor", ("wardrobe_corner",), _CORRIDOR),
+    "corridor_bench": Template("corridor", ("bench", "coat_rack", "mirror"), _CORRIDOR),
+    "corridor_plain": Template("corridor", ("shoe_cabinet|coat_rack",), _CORRIDOR),
+    "living_facing": Template("living", ("facing", "sideboard|bookshelf", "divider"), _LIVING, novel=True),
+    "bedroom_island": Template("bedroom", ("bed:island", "wardrobe", "reading"), _BEDROOM, novel=True),
+    "study_pair": Template("study", ("desk:pair", "bookshelf", "sofa"), _STUDY, novel=True),
+    "dining_bench": Template("dining", ("dining:bench", "kitchen|sideboard", "divider"), _DINING, novel=True),
+    "kitchen_galley": Template("kitchen", ("kitchen:galley",), _KITCHEN, novel=True),
+    "bathroom_double": Template("bathroom", ("bathroom:double", "towel_rail"), _BATHROOM, novel=True),
+    "office_rows": Template("office", ("desk:rows", "filing_cabinet", "bookshelf"), _OFFICE, novel=True),
+    "meeting_rows": Template("meeting", ("meeting:rows", "plant"), _MEETING, novel=True),
+    "corridor_gallery": Template("corridor", ("bookshelf|shelf", "bench", "plant"), _CORRIDOR, novel=True),
+}  # fmt: skip
 
-FILLERS: tuple[str, ...] = ("plant", "floor_lamp", "stool", "shelf", "side_table", "night_stand")
-"""Small groups that bring a sparse room up to its least number of objects."""
+FILLERS_OF: dict[str, tuple[str, ...]] = {
+    "living": ("plant", "floor_lamp", "shelf", "side_table", "stool"),
+    "bedroom": ("plant", "floor_lamp", "shelf", "stool", "laundry_basket", "night_stand"),
+    "study": ("plant", "floor_lamp", "shelf", "waste_bin", "stool"),
+    "dining": ("plant", "floor_lamp", "shelf", "stool"),
+    "kitchen": ("waste_bin", "stool", "plant"),
+    "bathroom": ("waste_bin", "laundry_basket", "stool", "towel_rail"),
+    "office": ("plant", "waste_bin", "shelf", "coat_rack", "filing_cabinet"),
+    "meeting": ("plant", "waste_bin", "shelf", "coat_rack"),
+    "corridor": ("shelf", "storage_box", "stool"),
+}
+"""Room type -> small groups that bring a sparse room up to its least number of objects."""
 
 
 def even_weights(names: tuple[str, ...]) -> tuple[tuple[str, float], ...]:

@@ -6,12 +6,16 @@ import numpy as np
 
 from hsbench.geometry.cameras import PinholeCamera, world_T_camera
 from hsbench.geometry.transforms import apply, planar
-from hsbench.synth.render import Lighting, Mesh
+from hsbench.synth.render import DirectionalLight, Lighting, Mesh, PointLight
 from hsbench.typing import FloatArray
 
 CAMERA = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
 POSE = planar(0.35, 0.4, 0.72) @ world_T_camera(1.9, 0.36)
-LIGHTS = Lighting.indoor((0.0, 0.0, 0.0), (5.0, 4.0, 2.6))
+LIGHTS = Lighting(
+    0.42,
+    (PointLight((2.5, 2.0, 4.6), 4.4, (1.0, 0.97, 0.91)),),
+    (DirectionalLight((-0.85, -0.20, -0.50), 0.3, (0.92, 0.96, 1.0)), DirectionalLight((-0.10, 0.95, -0.30), 0.16)),
+)
 PERSON_ID = 60001  # needs both bytes of the id colour
 
 Colour = tuple[int, int, int]

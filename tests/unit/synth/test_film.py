@@ -9,18 +9,21 @@ pytest.importorskip("embreex")
 
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.convex import box, span
-from hsbench.geometry.transforms import planar
+from hsbench.geometry.transforms import apply, planar
 from hsbench.io.frame_store import Film, Picture
 from hsbench.io.images import depth_to_mm
 from hsbench.schema import KINECT_V2, Part, PoseTable, Room, Scene, SceneObject, Sensor
 from hsbench.schema.scene import PERSON_ID_OFFSET
-from hsbench.synth.film import SUPERSAMPLE, Filming, room_lighting, scene_meshes
+from hsbench.synth.film import DIMMED, Filming, displayed, room_lighting, scene_meshes
 from hsbench.synth.people import Body, body_mesh
 from hsbench.synth.people.channels import pose, standing
-from hsbench.synth.render import Mesh, Renderer, open_renderer
+from hsbench.synth.render import Mesh, Renderer, Window, open_renderer
+from hsbench.synth.render.contact import REACH_M, light_left
+from hsbench.synth.render.tone import encode_srgb, toned
 
 CAMERA = PinholeCamera(80, 60, 60.0, 60.0, 40.0, 30.0)
 SENSOR = Sensor("rgbd", CAMERA, 1.6, 0.25)
+CAMERA_XY = SENSOR.world_T_camera[:2, 3]
 BODIES = (Body(1.78), Body(1.6, 1.05))
 ROOM = np.array([[-1.0, -3.0], [5.0, -3.0], [5.0, 3.0], [-1.0, 3.0]])
 
@@ -82,7 +85,7 @@ def renderer() -> Renderer:
 @pytest.fixture(scope="module")
 def filming(renderer: Renderer) -> Filming:
     room = scene()
-    return Filming(room, BODIES, TRUE, SENSOR, renderer, room_lighting(room))
+    return Filming(room, BODIES, TRUE, SENSOR, renderer, room_lighting(room, CAMERA_XY))
 
 
 def full_render(renderer: Renderer, room: Scene, stamp: int) -> Picture:
@@ -92,7 +95,9 @@ def full_render(renderer: Renderer, room: Scene, stamp: int) -> Picture:
         person = int(TRUE.track_id[row])
         vertices, triangles, colours = body_mesh(BODIES[person - 1], TRUE.joints_m[row].astype(np.float64))
         people.append(Mesh(PERSON_ID_OFFSET + person, vertices, triangles, colours, smooth=True))
-    view = renderer.render([*scene_meshes(room), *people], CAMERA, SENSOR.world_T_camera, room_lighting(room))
+    view = renderer.render(
+        [*scene_meshes(room), *people], CAMERA, SENSOR.world_T_camera, room_lighting(room, CAMERA_XY)
+    )
     return Picture(view.rgb, depth_to_mm(view.depth_m), view.ids)
 
 
@@ -122,11 +127,11 @@ def test_the_background_has_no_people_and_exact_depth(filming: Filming, renderer
     assert np.array_equal(background.depth_mm, empty.depth_mm)
     assert np.array_equal(background.instance, empty.instance)
     assert set(np.unique(background.instance)) <= {0, 1, 2, 3}
-    assert SUPERSAMPLE > 1
 
 
-def test_a_patch_changes_only_people(filming: Filming) -> None:
+def test_a_patch_changes_people_and_darkens_what_is_close_to_them(filming: Filming) -> None:
     background = filming.background()
+    shaded_px = 0
     for stamp in range(len(PLACES)):
         patch = filming.patch(background, stamp)
         assert patch.timestamp_ns == stamp
@@ -135,18 +140,65 @@ def test_a_patch_changes_only_people(filming: Filming) -> None:
         assert 0 <= patch.row <= 60 - height
         assert 0 <= patch.column <= 80 - width
         window = (slice(patch.row, patch.row + height), slice(patch.column, patch.column + width))
-        people = {PERSON_ID_OFFSET + int(k) for k in TRUE.track_id[TRUE.timestamp_ns == stamp]}
-        assert set(np.unique(patch.picture.instance[patch.mask])) <= people
-        behind = background.depth_mm[window][patch.mask]
-        assert ((patch.picture.depth_mm[patch.mask] < behind) | (behind == 0)).all()
+        people = [PERSON_ID_OFFSET + int(k) for k in TRUE.track_id[TRUE.timestamp_ns == stamp]]
+        shown = patch.mask & np.isin(patch.picture.instance, people)
+        behind = background.depth_mm[window]
+        assert ((patch.picture.depth_mm < behind) | (behind == 0))[shown].all()
+        shaded = patch.mask & ~shown
+        shaded_px += shaded.sum()
+        assert np.array_equal(patch.picture.instance[shaded], background.instance[window][shaded])
+        assert np.array_equal(patch.picture.depth_mm[shaded], behind[shaded])
+        assert (patch.picture.rgb[shaded] <= background.rgb[window][shaded]).all()
+        points = apply(SENSOR.world_T_camera, CAMERA.unproject(background.depth_mm / 1000.0))[window][shaded]
+        bodies = TRUE.joints_m[TRUE.timestamp_ns == stamp].reshape(-1, 3)
+        far = np.linalg.norm(points[:, None] - bodies, axis=-1).min(axis=1)
+        assert far.max(initial=0.0) < REACH_M + 0.4  # skin and the space between joints
+    assert shaded_px > 50
     assert filming.patch(background, 4).mask.shape == (60, 80)  # somebody at the camera: the whole picture
     assert filming.patch(background, 0).mask.size < 80 * 60 / 3  # alone in the open: a tight crop
+
+
+def test_no_shade_falls_outside_the_crop(filming: Filming, monkeypatch: pytest.MonkeyPatch) -> None:
+    background = filming.background()
+    tight = [filming.patch(background, stamp) for stamp in range(len(PLACES))]
+    monkeypatch.setattr(Filming, "_window", lambda self, meshes: Window(0, 0, 80, 60))
+    for stamp, patch in enumerate(tight):
+        full = filming.patch(background, stamp)
+        rows, columns = np.nonzero(full.mask)
+        assert patch.mask.sum() == full.mask.sum()
+        assert np.array_equal(patch.mask[rows - patch.row, columns - patch.column], full.mask[rows, columns])
+
+
+def test_a_ball_on_the_floor_takes_the_light_of_the_sky_it_covers() -> None:
+    """cos (r / d)^2 of a level surface (Lambert), without fade right below; nothing beyond reach or above it."""
+    radius, height = 0.1, 0.15
+    ends, radii = np.array([[[0.0, 0.0, height]] * 2]), np.full((1, 2), radius)
+    below = np.array([[[0.0, 0.0, height - radius - 1e-9]]])
+    assert light_left(below, ends, radii)[0, 0] == pytest.approx(0.0, abs=1e-6)
+    for x in (0.05, 0.1, 0.2, 0.3):
+        distance = np.hypot(x, height)
+        fade = 1.0 - (distance - radius) / REACH_M
+        expected = 1.0 - height / distance * (radius / distance) ** 2 * fade
+        assert light_left(np.array([[[x, 0.0, 0.0]]]), ends, radii)[0, 0] == pytest.approx(expected)
+    for far in ((radius + REACH_M, 0.0, 0.0), (0.0, 0.0, height + radius), (0.12, 0.0, height)):
+        assert light_left(np.array([[far]]), ends, radii)[0, 0] == 1.0
+
+
+def test_peoples_bytes_are_toned_like_the_background() -> None:
+    """A dimmed byte on a power of 2.2 stands for exposed light; the display shows that light toned, in sRGB."""
+    shown = displayed().astype(int)
+    assert (np.diff(shown) >= 0).all()
+    assert shown[0] == 0
+    assert shown[255] < 255
+    for light in (0.05, 0.2, 0.5, 1.0):
+        byte = round(255 * (light * DIMMED) ** (1 / 2.2))
+        assert shown[byte] == pytest.approx(int(encode_srgb(np.array(toned(light)))), abs=2)
 
 
 def test_a_person_behind_furniture_changes_nothing(filming: Filming, renderer: Renderer) -> None:
     screen = furniture(9, part(span((2.0, -2.0, 0.0), (2.1, 2.5, 2.4))), kind="wardrobe")
     room = scene(screen)
-    hidden = Filming(room, BODIES, TRUE, SENSOR, renderer, room_lighting(room))
+    hidden = Filming(room, BODIES, TRUE, SENSOR, renderer, room_lighting(room, CAMERA_XY))
     background = hidden.background()
     patch = hidden.patch(background, HIDDEN)
     assert patch.mask.size > 0

@@ -6,12 +6,25 @@ import time
 
 import numpy as np
 import pytest
+import shapely
+from shapely import affinity
 
 from hsbench.errors import SchemaError
 from hsbench.geometry.convex import ConvexSolid, box, cylinder, frustum, span
 from hsbench.geometry.transforms import planar
 from hsbench.schema.scene import Part, Room, Scene, SceneObject
-from hsbench.truth.walkable import WalkMap, connected, connected_to_doors, door_entries, walk_map
+from hsbench.truth.doorways import doorways
+from hsbench.truth.walkable import (
+    WalkMap,
+    blocked,
+    connected,
+    connected_to_doors,
+    door_entries,
+    nearest_free_cell,
+    shaded,
+    shadows,
+    walk_map,
+)
 
 ROOM = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])
 
@@ -124,11 +137,103 @@ def test_connection_from_the_door() -> None:
     assert np.array_equal(connected_to_doors(walk, scene), walk.free & (walk.centres()[..., 0] > 2))
 
 
-def test_meshes_are_refused() -> None:
-    mesh = (np.eye(3), np.array([[0, 1, 2]], dtype=np.int32))
-    item = SceneObject(1, "sofa", np.eye(4), (Part("body", (1, 2, 3), mesh=mesh),))
-    with pytest.raises(SchemaError, match="mesh parts"):
-        walk_map(Scene("s", (Room("living", ROOM),), 2.5, (item,)))
+WEST, EAST = Room("living", ROOM), Room("bedroom", ROOM + [4.2, 0.0])  # .2 m of wall between them, x 4 to 4.2
+TURN = planar(-1.31, 0.77, 0.41)
+
+
+def framed(number: int, x: float, y: float, yaw: float, *more: Part, name: str = "door") -> SceneObject:
+    """A doorway .9 m wide and .2 m deep, its origin on the face of the wall in front: its head, and more."""
+    head = Part("head", (200, 200, 200), None, span((-0.45, 0.0, 2.0), (0.45, 0.2, 2.1)))
+    return SceneObject(number, name, planar(x, y, yaw), (head, *more))
+
+
+def flat(*ways: SceneObject) -> Scene:
+    return Scene("s", (WEST, EAST), 2.5, ways)
+
+
+LEAF = Part("leaf", (200, 200, 200), "door", span((-0.45, 0.0, 0.0), (0.45, 0.04, 2.0)))
+OPEN_LEAF = Part("leaf", (200, 200, 200), "door", span((0.41, -0.9, 0.0), (0.45, 0.0, 2.0)))
+THROUGH = -np.pi / 2  # yaw of a door in the wall between the rooms whose front, -y, is the western one
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_doorway_joins_two_rooms(turned: bool) -> None:
+    scene = flat(framed(1, 4.0, 1.3, THROUGH, name="passage"))
+    floor = shapely.union_all([shapely.Polygon(ROOM), shapely.Polygon(EAST.outline_xy), shapely.box(4, 0.85, 4.2, 1.75)])
+    if turned:
+        scene = scene.moved(TURN)
+        floor = affinity.affine_transform(floor, [*TURN[:2, :2].ravel(), *TURN[:2, 3]])
+    walk = walk_map(scene)
+    centres = shapely.points(walk.centres())
+    expected = floor.contains(centres) & (floor.boundary.distance(centres) > 0.25)
+    differing = walk.free != expected
+    assert (np.abs(floor.boundary.distance(centres[differing]) - 0.25) < 1e-6).all()
+    assert np.array_equal(connected_to_doors(walk, scene), walk.free)
+    assert walk.free.any()
+
+
+def test_a_leaf_closes_a_doorway_until_it_stands_open() -> None:
+    closed, ajar = flat(framed(1, 4.0, 1.3, THROUGH, LEAF)), flat(framed(1, 4.0, 1.3, THROUGH, OPEN_LEAF))
+    for scene, joined in ((closed, False), (ajar, True)):
+        walk = walk_map(scene)
+        west = connected(walk, np.array([1.0, 2.0]))
+        assert west[walk.centres()[..., 0] < 3.0].any()
+        assert west[walk.centres()[..., 0] > 5.0].any() == joined
+        # A closed door leads into both rooms all the same.
+        assert np.array_equal(connected_to_doors(walk, scene), walk.free)
+
+
+def test_entries_lie_on_each_side_of_a_doorway() -> None:
+    entrance = framed(2, 0.0, 2.0, np.pi / 2, LEAF)  # its front looks east, into the room
+    scene = flat(framed(1, 4.0, 1.3, THROUGH, OPEN_LEAF), entrance)
+    expected = np.array([[3.7, 1.3], [4.5, 1.3], [0.3, 2.0]])
+    assert np.allclose(door_entries(scene), expected)
+    inner, outer = doorways(scene)
+    assert (inner.object_id, inner.rooms, outer.rooms) == (1, (0, 1), (0,))
+    assert np.allclose(inner.feet, [[4.0, 1.3], [4.2, 1.3]])
+    moved = doorways(scene.moved(TURN))[0]
+    assert np.allclose(moved.feet, inner.feet @ TURN[:2, :2].T + TURN[:2, 3])
+    assert np.allclose(moved.inward, inner.inward @ TURN[:2, :2].T)
+
+
+def test_a_doorway_is_found_whichever_of_its_axes_leads_through() -> None:
+    along = SceneObject(1, "door", planar(4.1, 1.3, 0.0), (Part("leaf", (1, 2, 3), None, box((0.2, 0.9, 2.0))),))
+    (way,) = doorways(flat(along))
+    assert sorted(way.rooms) == [0, 1]
+    far = SceneObject(2, "door", planar(-2.0, 1.3, 0.0), (LEAF,))
+    assert doorways(flat(far)) == []
+    assert door_entries(flat(far)).shape == (0, 2)
+
+
+def test_a_room_round_the_corner_is_not_behind_a_door() -> None:
+    # The door is .2 m from the wall of a third room, which it does not lead into.
+    third = Room("study", np.array([[0.0, 3.2], [8.2, 3.2], [8.2, 6.0], [0.0, 6.0]]))
+    scene = Scene("s", (WEST, EAST, third), 2.5, (framed(1, 4.0, 2.5, THROUGH, OPEN_LEAF),))
+    assert doorways(scene)[0].rooms == (0, 1)
+
+
+def test_the_nearest_free_cell() -> None:
+    walk = walk_map(scene_of())
+    rng = np.random.default_rng(3)
+    for xy in rng.uniform((-0.6, -0.6), (4.6, 3.6), (200, 2)):
+        away = np.linalg.norm(walk.centres() - xy, axis=-1)
+        away[~walk.free] = np.inf
+        best = np.unravel_index(int(np.argmin(away)), away.shape)
+        assert nearest_free_cell(walk, xy) == (best if away[best] <= 0.5 else None)
+
+
+def test_shadows_of_many_solids_are_those_of_each() -> None:
+    rng = np.random.default_rng(8)
+    solids = [
+        box(rng.uniform(0.05, 0.9, 3)).transformed(planar(*rng.uniform(0, 4, 2), rng.uniform(0, 6), rng.uniform(0, 2)))
+        for _ in range(30)
+    ]
+    walk = walk_map(scene_of())
+    one_by_one = walk
+    for solid in solids:
+        one_by_one = blocked(one_by_one, [solid])
+    assert np.array_equal(shaded(walk, shadows(solids)).free, one_by_one.free)
+    assert np.array_equal(shaded(walk, shadows([])).free, walk.free)
 
 
 def test_an_impossible_map_cannot_be_built() -> None:

@@ -1,0 +1,1 @@
+"""What ``hsbench.synth.people.bake`` needs: reading MakeHuman's data, surgery on meshes, and their simplification."""

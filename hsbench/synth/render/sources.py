@@ -1,0 +1,209 @@
+"""The light of a scene by day: a lamp at the ceiling of every room, the sky in its windows, and a hazy sun.
+
+Everything here follows from the structure alone (outlines, heights, windows), so that no piece of furniture changes it.
+Brightness is in units of the light that a white matt surface sends back; ``exposure`` brings it to the display.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hsbench.geometry.polygons import contains, distance, outline_distance
+from hsbench.geometry.transforms import apply, cos_sin
+from hsbench.schema.scene import Room, Scene, SceneObject
+from hsbench.synth.render.base import MAX_LIGHTS_PER_KIND, DirectionalLight, Lighting, PointLight, Vector
+from hsbench.synth.render.materials import is_pane
+from hsbench.typing import FloatArray, IntArray
+
+SKY = np.array([5.3, 5.9, 6.6])  # through a window, from above the horizon
+GROUND = np.array([2.2, 2.1, 1.8])  # from below it
+LAMP_COLOUR = np.array([1.06, 1.0, 0.9])
+LAMP_LEVEL, LAMP_LEVEL_DARK = 0.18, 0.7  # mean light that the lamp gives a room with and without a window
+LAMP_HALF_M = 0.45
+LAMP_TRIES = 23  # places across a room
+ALIKE_M = 0.001  # of two walls as long as each other the first counts
+HIPS_M, LIFTED_M = 1.0, 2.0  # where people are lit as the room is; how far their lamps hang above the ceiling
+BEFORE_WINDOW_M = 0.5  # a pane lights the room that lies so far before it
+LAMP_GAP_M = 0.02  # below the ceiling
+SUN = np.array([5.6, 5.0, 4.2])  # on a surface that faces it: much haze
+SUNNY_SHARE = 0.6
+SUN_ELEVATION_DEG, SUN_AZIMUTH_DEG = (24.0, 46.0), (12.0, 48.0)  # azimuth from the window's axis
+ALBEDO = 0.55  # mean of a furnished room, for the light that bounces on and on
+KEY = 0.7  # exposed mean light: a white wall in it is shown at about 75 % of the range
+
+
+class AreaLight(NamedTuple):
+    """A rectangle that shines on the side of its normal; metres, scene frame; colours are linear RGB (3,).
+
+    above, below: radiosity for light that arrives downwards and upwards.
+    """
+
+    room: int
+    centre: FloatArray
+    half_u: FloatArray
+    half_v: FloatArray
+    normal: FloatArray
+    above: FloatArray
+    below: FloatArray
+
+    @property
+    def area_m2(self) -> float:
+        """Area in square metres."""
+        return 4.0 * float(np.linalg.norm(self.half_u) * np.linalg.norm(self.half_v))
+
+    @property
+    def flux(self) -> FloatArray:
+        """(3,) radiosity times area."""
+        return self.area_m2 * (self.above + self.below) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """Where light comes from, in the scene's frame.
+
+    lamps: one a room. windows: panes. ambient: (R, 3) light that has bounced about in a room.
+    sun_towards: (3,) unit. sun: (3,) its light on a surface that faces it, zero where there is none.
+    """
+
+    rooms: tuple[Room, ...]
+    lamps: tuple[AreaLight, ...]
+    windows: tuple[AreaLight, ...]
+    ambient: FloatArray
+    sun_towards: FloatArray
+    sun: FloatArray
+
+    def room_of(self, points_xy: FloatArray) -> IntArray:
+        """(N, 2) points -> (N,) number of the room that holds each, else of the nearest."""
+        if len(self.rooms) == 1:
+            return np.zeros(len(points_xy), dtype=np.int64)
+        inside = np.stack([contains(room.outline_xy, points_xy) for room in self.rooms])
+        found = inside.argmax(axis=0)
+        (lost,) = np.nonzero(~inside.any(axis=0))
+        far = np.stack([outline_distance(room.outline_xy, points_xy[lost]) for room in self.rooms])
+        found[lost] = far.argmin(axis=0)
+        return found
+
+    def exposure(self, point_xy: FloatArray) -> float:
+        """What light is multiplied by for the display, for a camera at a point (2,)."""
+        (room,) = self.room_of(np.asarray(point_xy, dtype=np.float64)[None])
+        return float(KEY * ALBEDO / self.ambient[room].mean())  # bounced light is ALBEDO of all the light
+
+
+def sources_of(scene: Scene) -> Sources:
+    """The light sources of a scene."""
+    windows = tuple(pane for item in scene.objects for pane in _panes(item, scene.rooms))
+    lamps, ambient = [], []
+    for number, room in enumerate(scene.rooms):
+        own = [pane for pane in windows if pane.room == number]
+        surface_m2 = 2 * room.area_m2 + scene.height_m * _perimeter(room.outline_xy)
+        level = LAMP_LEVEL if own else LAMP_LEVEL_DARK
+        lamps.append(_lamp(number, room, scene.height_m, level * (1 - ALBEDO) * surface_m2))
+        flux = sum((light.flux for light in own), lamps[-1].flux)
+        ambient.append(flux / surface_m2 * ALBEDO / (1 - ALBEDO))
+    towards, sun = _sun(scene, windows)
+    return Sources(scene.rooms, tuple(lamps), windows, np.array(ambient), towards, sun)
+
+
+def person_lighting(sources: Sources, camera_xy: FloatArray) -> Lighting:
+    """The same light, exposed, for people, who are drawn alone and without shadows: for a camera at a point (2,).
+
+    Bounced light is ambient; the windows of the camera's room shine from one direction each, as bright as in the middle
+    of the room; its lamp is a point above the ceiling, so that no head under it burns out, as bright at the hips.
+    """
+    here = sources.room_of(np.asarray(camera_xy, dtype=np.float64)[None])[0]
+    exposure = sources.exposure(camera_xy)
+    middle = np.array([*sources.lamps[here].centre[:2], HIPS_M])
+    windows = sorted((w for w in sources.windows if w.room == here), key=lambda w: -_form_factor(w, middle))
+    return Lighting(
+        ambient=exposure * float(sources.ambient[here].mean()),
+        points=(_lifted(sources.lamps[here], exposure),),
+        directionals=tuple(
+            DirectionalLight(_vector(middle - w.centre), exposure * _form_factor(w, middle), _vector(w.above))
+            for w in windows[:MAX_LIGHTS_PER_KIND]
+        ),
+    )
+
+
+def _lifted(lamp: AreaLight, exposure: float) -> PointLight:
+    x, y, z = lamp.centre.tolist()
+    light = exposure * _form_factor(lamp, np.array([x, y, HIPS_M]))
+    return PointLight((x, y, z + LIFTED_M), light * (z + LIFTED_M - HIPS_M) ** 2, _vector(lamp.above))
+
+
+def _form_factor(light: AreaLight, point: FloatArray) -> float:
+    """Light per radiosity on a surface at a point (3,) that faces an area light, taken for a disc."""
+    offset = point - light.centre
+    square = float(offset @ offset)
+    leaving = max(float(light.normal @ offset), 0.0) / math.sqrt(square)
+    return leaving * light.area_m2 / (math.pi * square + light.area_m2)
+
+
+def _vector(values: FloatArray) -> Vector:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _panes(item: SceneObject, rooms: Sequence[Room]) -> list[AreaLight]:
+    """The inner faces of a window's panes; a window looks into its room along its own -y axis."""
+    found = []
+    for part in item.parts:
+        if is_pane(item, part):
+            low, high = part.vertices.min(axis=0), part.vertices.max(axis=0)
+            centre = apply(item.scene_T_object, np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2]))
+            right, outward, up = item.scene_T_object[:3, :3].T
+            half_x, _, half_z = (high - low) / 2
+            before = centre - BEFORE_WINDOW_M * outward
+            room = int(np.argmin([distance(room.outline_xy, before[:2]) for room in rooms]))
+            found.append(AreaLight(room, centre, half_x * right, half_z * up, -outward, SKY, GROUND))
+    return found
+
+
+def _lamp(number: int, room: Room, height_m: float, flux: float) -> AreaLight:
+    """A square at the ceiling, along the longest wall, where the outline leaves most space around it."""
+    sides = np.roll(room.outline_xy, -1, axis=0) - room.outline_xy
+    lengths = np.linalg.norm(sides, axis=1)
+    longest = int(np.argmax(lengths > lengths.max() - ALIKE_M))
+    along = sides[longest] / lengths[longest]
+    axes = np.array([along, [-along[1], along[0]]])
+    outline = room.outline_xy @ axes.T
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    grid = np.stack(np.meshgrid(*np.linspace(low, high, LAMP_TRIES).T, indexing="ij"), axis=-1).reshape(-1, 2)
+    free = np.where(contains(outline, grid), outline_distance(outline, grid), -1.0)
+    off = np.linalg.norm(grid - (low + high) / 2, axis=1)
+    # A long room has many such places: the one in the middle, whatever the last bits say.
+    best = int(np.lexsort((off.round(3), free < free.max() - 0.05))[0])
+    half = min(LAMP_HALF_M, 0.6 * float(free[best]))
+    radiosity = LAMP_COLOUR * (flux / (4.0 * half * half))
+    x, y = np.pad(half * axes, ((0, 0), (0, 1)))
+    centre = np.array([*(grid[best] @ axes), height_m - LAMP_GAP_M])
+    return AreaLight(number, centre, x, y, np.array([0.0, 0.0, -1.0]), radiosity, radiosity)
+
+
+def _sun(scene: Scene, windows: Sequence[AreaLight]) -> tuple[FloatArray, FloatArray]:
+    """(direction towards the sun, its light): no light without windows and under an overcast sky.
+
+    Drawn from the shapes of the panes: the same whatever stands in the room and however the scene is turned.
+    """
+    shapes = b"".join(part.vertices.tobytes() for item in scene.objects for part in item.parts if is_pane(item, part))
+    digest = np.frombuffer(hashlib.blake2b(shapes, digest_size=8).digest(), dtype="<u2")
+    sunny, which, elevation, azimuth = (float(v) / 2**16 for v in digest)
+    if not windows:
+        return np.array([1.0, 0.0, 0.0]), np.zeros(3)
+    inward = windows[int(which * len(windows))].normal
+    least, most = SUN_AZIMUTH_DEG
+    turn = least + (most - least) * abs(2 * azimuth - 1)
+    c, s = cos_sin(math.radians(turn if azimuth < 0.5 else -turn))
+    level, up = cos_sin(math.radians(SUN_ELEVATION_DEG[0] + (SUN_ELEVATION_DEG[1] - SUN_ELEVATION_DEG[0]) * elevation))
+    x, y = -inward[0], -inward[1]
+    towards = np.array([level * (c * x - s * y), level * (s * x + c * y), up])
+    return towards, SUN if sunny < SUNNY_SHARE else np.zeros(3)
+
+
+def _perimeter(outline: FloatArray) -> float:
+    return float(np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1).sum())

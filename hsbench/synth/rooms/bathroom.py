@@ -1,0 +1,73 @@
+"""Bathroom: bath or shower, toilet and washbasin found together; mirror, cabinet, towels and laundry beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hsbench.synth.rooms.placing import Item, Piece, Pose
+from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls
+from hsbench.synth.rooms.search import together
+
+FIXTURE_GAP_M = 0.02  # behind what is plumbed in
+BESIDE_TOILET_M = (0.08, 0.2)  # free on each side of a toilet: least, and IRC 2021 R307.1 (.38 m from its middle)
+MIRROR_OVER_M = 0.15  # least height of a mirror's lower edge above the rim of its basin
+BASIN_PITCH_M = 0.08  # between two basins
+
+
+def bathroom(ctx: Context, mode: str) -> Iterator[Proposal]:
+    """Shower (``shower``) or bath (``tub``), toilet, basin with mirror; ``double``: two basins side by side.
+
+    The smallest size takes a shower, or a bath where only that has a place (under a window).
+    """
+    rng = ctx.rng("bathroom")
+    toilets = _toilets(ctx, rng)
+    basins = _basins(ctx, rng, 1)
+    wanted = "bathtub" if mode == "tub" else "shower"
+    for name in ("shower", "bathtub") if ctx.fit == 0.0 else (wanted,):
+        wet = _wet(ctx, ctx.piece(name), rng)
+        if mode == "double" and ctx.fit > 0.0:
+            yield from together(ctx, (wet, _basins(ctx, rng, 2), toilets))
+        yield from together(ctx, (wet, basins, toilets))
+
+
+def _wet(ctx: Context, piece: Piece, rng: np.random.Generator) -> list[Proposal]:
+    """A bath or shower in a corner, its long side or its short one at the wall."""
+    turns = (0.0, QUARTER, -QUARTER) if piece.category_name == "bathtub" else (0.0,)
+    return [
+        [Item(piece, pose)]
+        for turn in turns
+        for _, _, pose in along_walls(ctx, piece, rng, "corner", FIXTURE_GAP_M, turn=turn)
+    ]
+
+
+def _toilets(ctx: Context, rng: np.random.Generator) -> list[Proposal]:
+    piece = ctx.piece("toilet")
+    half = piece.width / 2 + BESIDE_TOILET_M[int(ctx.fit > 0.0)]
+    return [[Item(piece, pose)] for _, _, pose in along_walls(ctx, piece, rng, "any", FIXTURE_GAP_M, half_m=half)]
+
+
+def _basins(ctx: Context, rng: np.random.Generator, count: int) -> list[Proposal]:
+    """One or two basins at a wall, each with its mirror above; a towel rail beside them where there is space."""
+    piece, rail = ctx.piece("washbasin"), ctx.piece("towel_rail")
+    mirror = ctx.piece("mirror")
+    pitch = piece.width + BASIN_PITCH_M
+    places = [(i - (count - 1) / 2) * pitch for i in range(count)]
+    half = count * pitch / 2
+    proposals = []
+    for _, _, pose in along_walls(ctx, piece, rng, "middle", FIXTURE_GAP_M, half_m=half):
+        items = [Item(piece, pose.then(x, 0.0)) for x in places]
+        items += [Item(mirror, over(piece, mirror, item.pose), optional=True) for item in items]
+        for side in (-1, 1):
+            x = side * (half + rail.width / 2 + 0.05)
+            items.append(Item(rail, pose.then(x, (piece.depth - rail.depth) / 2), optional=True))
+        proposals.append(items[:-1] if rng.random() < 0.7 else items)
+    # Where the mirror has its place comes before where a window is.
+    return sorted(proposals, key=lambda items: not ctx.layout.free_of(items[count], items[:count]))
+
+
+def over(below: Piece, hung: Piece, pose: Pose, gap_m: float = MIRROR_OVER_M) -> Pose:
+    """Where a piece hangs at the wall behind another one at ``pose``, lifted if need be until it clears it."""
+    low = float(hung.bounds[0, 2])
+    return pose.then(0.0, (below.depth - hung.depth) / 2, 0.0, max(0.0, below.height + gap_m - low))

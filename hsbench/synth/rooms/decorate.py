@@ -1,0 +1,194 @@
+"""What hangs on walls and ceilings: radiators under windows, curtains beside them, lamps, pictures and clocks.
+
+Each function has the shape ``f(layout, style, seeds, config)`` and adds to the layout what finds its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hsbench.geometry.polygons import contains, outline_distance
+from hsbench.synth.furniture import Style
+from hsbench.synth.rooms.config import RoomConfig
+from hsbench.synth.rooms.placing import Item, Layout, Piece, Pose
+from hsbench.synth.rooms.poses import Context, at_wall
+from hsbench.synth.rooms.search import HANG_GAP_M
+from hsbench.synth.rooms.shell import DOOR_SIDE_M, Opening, Wall
+from hsbench.synth.seeds import Seeds
+from hsbench.typing import FloatArray
+
+CURTAIN_GAP_M = 0.02
+RADIATOR_GAP_M = 0.02
+RADIATOR_SHARE = 0.8  # of windows with one below
+UNDER_SILL_M = 0.06  # least space between radiator and window zone
+LAMP_HEAD_M = 2.0  # below a lamp that people pass under
+OVER_TABLE_M = 0.65  # below a lamp over a table
+LAMP_APART_M = 3.0
+LAMP_GRID_M = 0.2
+OFF_CENTRE = 0.2  # weight of the way from the middle of the room against the distance from its walls
+SECOND_LAMP_SHARE = 0.8  # another lamp hangs where walls are at least this far, compared with the first
+EYE_M = 1.5  # middle of a picture above the floor: museums hang at 1.45 to 1.55 m
+HIGHEST_M = 1.9  # and the highest middle over furniture
+ABOVE_M = 0.12  # picture to what stands below
+CLOCK_M = 1.95
+TO_CEILING_M = 0.1
+PICTURES_PER_M = 0.16  # of wall, on average
+ROW_SHARE, ROW_GAP_M = 0.35, 0.1  # of places with several pictures in a row, and the space between them
+CLOCK_SHARE = 0.25
+PLACE_M = 0.4  # between places on bare walls
+TABLES = ("dining_table", "meeting_table", "kitchen_island")
+BELOW_PICTURES = ("sofa", "bed", "sideboard", "dresser", "desk", "piano", "bench", "shoe_cabinet", "dining_table")
+WET = "toilet"  # a room with one has neither curtains nor pictures
+
+
+def radiators(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> None:
+    """A radiator under the middle of a window, as wide as the window allows."""
+    for i, hole, wall in _windows(layout):
+        own = seeds.child(f"radiator-{i}")
+        if own.rng("wish").random() >= RADIATOR_SHARE:
+            continue
+        for fit in (1.0, 0.0):
+            piece = Context(layout, style, own, config).piece("radiator", fit=fit)
+            if piece.width <= hole.width_m and piece.height + UNDER_SILL_M <= hole.low_m:
+                layout.place([[Item(piece, at_wall(wall, piece, hole.middle_m, RADIATOR_GAP_M))]])
+                break
+
+
+def curtains(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> None:
+    """A curtain on each side of a window, on one only where the wall ends; none where something stands in the way."""
+    if _is_wet(layout):
+        return
+    for i, hole, wall in _windows(layout):
+        own = seeds.child(f"curtain-{i}")
+        if own.rng("wish").random() >= config.curtain_share:
+            continue
+        piece = Context(layout, style, own, config).piece("curtain")
+        off = hole.width_m / 2 + DOOR_SIDE_M + piece.width / 2 + 0.01
+        places = [hole.middle_m + s * off for s in (-1, 1)]
+        places = [p for p in places if piece.width / 2 < p < wall.length_m - piece.width / 2]
+        layout.place([[Item(piece, at_wall(wall, piece, p, CURTAIN_GAP_M)) for p in places]])
+
+
+def _windows(layout: Layout) -> Iterator[tuple[int, Opening, Wall]]:
+    for i, hole in enumerate(layout.shell.openings):
+        if hole.kind == "window":
+            yield i, hole, layout.shell.walls[hole.wall]
+
+
+def _is_wet(layout: Layout) -> bool:
+    return any(item.piece.category_name == WET for item in layout.items)
+
+
+def ceiling_lamps(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> None:
+    """A lamp over each large table, or in the middle of the room; more where a long room has other middles."""
+    height = layout.shell.size_m[2]
+    tall, flat = (Context(layout, style, seeds.child("lamp"), config).piece("ceiling_lamp", fit=f) for f in (1.0, 0.0))
+    hung: list[FloatArray] = []
+    for item in layout.items:
+        if item.piece.category_name in TABLES:
+            free = height - item.z_range[1] - OVER_TABLE_M
+            piece = tall if -tall.bounds[0, 2] <= free else flat
+            hung.append(np.array([item.pose.x, item.pose.y]))
+            layout.place([[Item(piece, Pose(item.pose.x, item.pose.y, item.pose.yaw, height))]])
+    for xy in _middles(layout.shell.outline_xy, hung):
+        for piece in (tall, flat):
+            if height + piece.bounds[0, 2] >= LAMP_HEAD_M:
+                layout.place([[Item(piece, Pose(float(xy[0]), float(xy[1]), 0.0, height))]])
+                break
+
+
+def _middles(outline_xy: FloatArray, taken: list[FloatArray]) -> list[FloatArray]:
+    """(2,) points far from the walls, the one nearest the middle first, all apart from each other and ``taken``."""
+    low, high = outline_xy.min(axis=0), outline_xy.max(axis=0)
+    axes = (np.arange(a + LAMP_GRID_M, b - LAMP_GRID_M / 2, LAMP_GRID_M) for a, b in zip(low, high, strict=True))
+    # The grid has a point in the middle of the box.
+    shift = (high - low) / 2 % LAMP_GRID_M
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2) + shift
+    points = points[contains(outline_xy, points)]
+    clear = outline_distance(outline_xy, points)
+    worth = clear - OFF_CENTRE * np.linalg.norm(points - (low + high) / 2, axis=1)
+    least = SECOND_LAMP_SHARE * clear.max()
+    found: list[FloatArray] = []
+    for k in np.argsort(-worth.round(6), kind="stable"):
+        apart = [float(np.linalg.norm(points[k] - p)) for p in (*taken, *found)]
+        if clear[k] >= least and min(apart, default=LAMP_APART_M) >= LAMP_APART_M:
+            found.append(points[k])
+    return found
+
+
+def pictures(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> None:
+    """Pictures at eye height, above low furniture first, and a clock now and then."""
+    if _is_wet(layout):
+        return
+    rng = seeds.rng("pictures")
+    ctx = Context(layout, style, seeds.child("picture"), config)
+    around = sum(w.length_m for w in layout.shell.walls)
+    wanted = int(rng.integers(0, round(2 * PICTURES_PER_M * around), endpoint=True))
+    items: list[Item] = []
+    places = [*_above_furniture(layout), *_bare_places(layout, rng)]
+    for k, (wall, along, width) in enumerate(places):
+        if len(items) >= wanted:
+            break
+        piece = ctx.piece("picture", f"-{k % 3}")
+        count = min(3, int((width + ROW_GAP_M) / (piece.width + ROW_GAP_M))) if rng.random() < ROW_SHARE else 1
+        row = _row(layout, piece, wall, along, max(1, min(count, wanted - len(items))))
+        if row and all(layout.free_of(item, ()) for item in row):
+            items += layout.place([row])
+    if rng.random() < CLOCK_SHARE:
+        clock = ctx.piece("wall_clock")
+        spots = (_hung(clock, wall, along, CLOCK_M) for wall, along, _ in _bare_places(layout, rng))
+        layout.place([spot] for spot in spots if layout.free_of(spot, ()))
+
+
+def _above_furniture(layout: Layout) -> Iterator[tuple[Wall, float, float]]:
+    """(wall, place along it, width) of the middle of what is low and has its back to a wall."""
+    for item in layout.items:
+        if item.piece.category_name in BELOW_PICTURES:
+            for wall in layout.shell.walls:
+                to = np.array([item.pose.x, item.pose.y]) - wall.start
+                along, off = float(to @ wall.along), float(to @ wall.inward)
+                if 0 < along < wall.length_m and 0 <= off - item.piece.depth / 2 < PLACE_M / 2:
+                    yield wall, along, item.piece.width
+
+
+def _bare_places(layout: Layout, rng: np.random.Generator) -> list[tuple[Wall, float, float]]:
+    """(wall, place along it, width to fill) anywhere, in random order, the middles of walls first."""
+    places = []
+    for wall in layout.shell.walls:
+        for along in np.arange(PLACE_M / 2, wall.length_m - PLACE_M / 2 + 1e-9, PLACE_M).tolist():
+            off = abs(2 * along / wall.length_m - 1)
+            places.append((off + rng.random(), wall, along))
+    return [(wall, along, PLACE_M) for _, wall, along in sorted(places, key=lambda p: p[0])]
+
+
+def _row(layout: Layout, piece: Piece, wall: Wall, along: float, count: int) -> list[Item]:
+    """Pictures side by side about a place, above what stands there; none if that is too high."""
+    pitch = piece.width + ROW_GAP_M
+    half = float(piece.bounds[1, 2] - piece.bounds[0, 2]) / 2
+    places = [along + (i - (count - 1) / 2) * pitch for i in range(count)]
+    first = [_hung(piece, wall, p, EYE_M) for p in places]
+    below = [_top_below(layout, item) for item in first]
+    middle = max(EYE_M, max(below) + half)
+    if middle > HIGHEST_M or middle + half > layout.shell.size_m[2] - TO_CEILING_M:
+        return []
+    return [_hung(piece, wall, p, middle) for p in places]
+
+
+def _hung(piece: Piece, wall: Wall, along: float, middle_m: float) -> Item:
+    """A piece flat on a wall with its middle at a height."""
+    pose = at_wall(wall, piece, along, HANG_GAP_M)
+    lift = middle_m - float(piece.bounds[:, 2].mean())
+    return Item(piece, Pose(pose.x, pose.y, pose.yaw, lift))
+
+
+def _top_below(layout: Layout, hung: Item) -> float:
+    """Where a picture may begin above what stands under a place on the wall, 0 where nothing does."""
+    low, high = hung.corners.min(axis=0), hung.corners.max(axis=0)
+    tops = [0.0]
+    for item in layout.items:
+        a, b = item.corners.min(axis=0), item.corners.max(axis=0)
+        if (np.minimum(b, high) - np.maximum(a, low) > -0.05).all() and item.z_range[0] < EYE_M:
+            tops.append(max(item.z_range[1] + ABOVE_M, item.taken_z[1]))
+    return max(tops)

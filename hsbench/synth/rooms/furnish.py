@@ -1,0 +1,143 @@
+"""Furnish one room: the groups of a template with backtracking, extras, fillers, and what hangs and stands on things.
+
+Every step draws from a stream of its own name, so that one step never changes what another draws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hsbench.schema.scene import SceneObject
+from hsbench.synth.furniture import Style
+from hsbench.synth.rooms.config import RoomConfig
+from hsbench.synth.rooms.decorate import ceiling_lamps, curtains, pictures, radiators
+from hsbench.synth.rooms.groups import GROUPS
+from hsbench.synth.rooms.placing import Item, Layout
+from hsbench.synth.rooms.poses import Context
+from hsbench.synth.rooms.shell import Shell
+from hsbench.synth.rooms.supports import small_things
+from hsbench.synth.rooms.templates import FILLERS_OF, TEMPLATES
+from hsbench.synth.seeds import Seeds
+
+FITS = (1.0, 0.5, 0.0)  # a group that does not fit is tried in smaller sizes
+TURNS = 3  # independent draws of one group of the template
+MOST_ENDINGS = 5  # ways to place all groups of a template that are tried
+FILLER_ROUNDS = 3
+USUAL_M2 = 14.0  # smaller rooms have fewer extras and a smaller least number of objects
+FINISHES: tuple[Callable[[Layout, Style, Seeds, RoomConfig], None], ...] = (
+    radiators, curtains, ceiling_lamps, pictures, small_things,
+)  # fmt: skip
+"""What is added when all furniture stands, in this order."""
+
+DEFINING: dict[str, tuple[frozenset[str], ...]] = {
+    "living": (frozenset(("sofa", "armchair")),),
+    "bedroom": (frozenset(("bed", "bunk_bed")),),
+    "kitchen": (frozenset(("kitchen_counter",)),),
+    "dining": (frozenset(("dining_table",)),),
+    "bathroom": (frozenset(("toilet",)), frozenset(("washbasin",))),
+    "study": (frozenset(("desk",)),),
+    "office": (frozenset(("desk",)),),
+    "meeting": (frozenset(("meeting_table",)),),
+}
+"""Room type -> sets of categories; a room of the type has one of each set."""
+
+RESORTS: dict[str, str] = {
+    "living": "reading", "bedroom": "bed", "kitchen": "kitchen", "dining": "dining:wall", "bathroom": "bathroom:shower",
+    "study": "desk:wall", "office": "desk:wall", "meeting": "meeting:board",
+}  # fmt: skip
+"""Room type -> the group that comes first where those of the template do not make the room what it is."""
+
+
+def furnish(
+    shell: Shell, structure: Sequence[SceneObject], template_name: str, style: Style, seeds: Seeds, config: RoomConfig
+) -> Layout:
+    """A furnished room. structure: the objects that bound it, scene frame. What does not fit is left out."""
+    template = TEMPLATES[template_name]
+    small = min(1.0, _area(shell) / USUAL_M2)
+    least = round(config.furniture[0] * small)
+    layout = Layout(shell, structure, replace(config, furniture=(least, config.furniture[1])))
+    rng = seeds.rng("programme")
+    core = [_one_of(rng, names) for names in template.core]
+    empty = layout.mark()
+    _place_core(layout, style, seeds.child("core"), core)
+    if lacking(layout, template.room_type):
+        layout.back_to(empty)
+        _place_core(layout, style, seeds.child("resort"), [RESORTS[template.room_type], *core])
+    count = round(int(rng.integers(config.extras[0], config.extras[1], endpoint=True)) * small)
+    for i in rng.permutation(len(template.extras))[:count]:
+        _place(layout, style, seeds.child(f"extra-{i}"), _one_of(rng, template.extras[int(i)]))
+    _fill_up(layout, style, seeds.child("filler"), FILLERS_OF[template.room_type])
+    for finish in FINISHES:
+        finish(layout, style, seeds, layout.config)
+    return layout
+
+
+def lacking(layout: Layout, room_type: str) -> list[frozenset[str]]:
+    """What makes a room of a type what it is and is not there."""
+    present = {item.piece.category_name for item in layout.items}
+    return [wanted for wanted in DEFINING.get(room_type, ()) if not wanted & present]
+
+
+def _place_core(layout: Layout, style: Style, seeds: Seeds, groups: Sequence[str]) -> None:
+    """Place the groups of a template in order; where one finds no place, draw those before it anew.
+
+    Of the endings that were tried, the room is left with the one that has most of the groups, the first ones above all.
+    """
+    best: tuple[bool, ...] = ()
+    best_mark = layout.mark()
+    endings = 0
+
+    def extend(placed: tuple[bool, ...]) -> bool:
+        nonlocal best, best_mark, endings
+        k = len(placed)
+        if k == len(groups):
+            endings += 1
+            if placed > best:
+                best, best_mark = placed, layout.mark()
+            return all(placed) or endings >= MOST_ENDINGS
+        before = layout.mark()
+        for turn in range(TURNS):
+            found = bool(_place(layout, style, seeds.child(f"{k}-{turn}"), groups[k]))
+            if extend((*placed, found)):
+                return True
+            layout.back_to(before)
+            if not found and k > 0:
+                return False
+        return False
+
+    extend(())
+    layout.back_to(best_mark)
+
+
+def _place(layout: Layout, style: Style, seeds: Seeds, group: str) -> list[Item]:
+    """Try a group in falling sizes; the items that found a place."""
+    name, _, mode = group.partition(":")
+    for fit in FITS:
+        ctx = Context(layout, style, seeds.child(f"fit-{fit}"), layout.config, fit)
+        placed = layout.place(GROUPS[name](ctx, mode))
+        if placed:
+            return placed
+    return []
+
+
+def _fill_up(layout: Layout, style: Style, seeds: Seeds, fillers: Sequence[str]) -> None:
+    """Small things until the room holds its least number of objects, or nothing fits any more."""
+    rng = seeds.rng("order")
+    for turn in range(FILLER_ROUNDS):
+        for i in rng.permutation(len(fillers)):
+            if layout.furniture_count >= layout.config.furniture[0]:
+                return
+            _place(layout, style, seeds.child(f"{turn}-{i}"), fillers[int(i)])
+
+
+def _one_of(rng: np.random.Generator, names: str) -> str:
+    options = names.split("|")
+    return options[int(rng.integers(len(options)))]
+
+
+def _area(shell: Shell) -> float:
+    w, d, _ = shell.size_m
+    return w * d - sum(float(np.prod(r.max(axis=0) - r.min(axis=0))) for r in shell.outside)

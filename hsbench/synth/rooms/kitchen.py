@@ -1,0 +1,240 @@
+"""Kitchen: units in a row with flush fronts, along one wall, round a corner or along two facing walls; an island.
+
+A line holds fridge, sink, a place to cook, and worktop between and beside them as its length allows (NKBA Kitchen
+Planning Guidelines: worktop on both sides of sink and hob, the dishwasher beside the sink). A hood hangs over the hob,
+cabinets over the worktops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from hsbench.synth.furniture.kitchen import kitchen_counter_of, wall_cabinet_of
+from hsbench.synth.furniture.pieces import draw
+from hsbench.synth.rooms.placing import APART_M, Item, Piece
+from hsbench.synth.rooms.poses import QUARTER, WALL_GAP_M, Context, Proposal, along_walls, at_wall
+from hsbench.synth.rooms.search import across_m, standing, stretches, together, top_m
+from hsbench.synth.rooms.shell import Wall
+
+Stretch = tuple[Wall, float, float]
+"""A wall and the places from and to which units may stand side by side along it."""
+
+UNIT_GAP_M = APART_M + 0.001
+SINK_M = (0.6, 0.9)  # counter that holds the sink
+HOB_M = 0.6  # counter that holds a hob
+BETWEEN_M = 0.8  # worktop between sink and hob that is enough
+LEAST_COUNTER_M = 0.3
+DISHWASHER_FROM_M = 0.9  # spare length from which a dishwasher joins the line
+RUN_M = (2.8, 4.2)  # wanted length of a line
+BLIND_M = 0.65  # of a corner unit behind the other run
+KITCHENETTE_M = 1.2  # one counter with sink and hob
+AISLE_M = (0.95, 1.2)  # between counter and island
+GALLEY_M = (0.9, 1.7)  # way between two runs
+STOOL_PITCH_M, STOOL_GAP_M = 0.6, 0.05
+STOVE_SHARE = 0.5  # of kitchens with a free-standing cooker instead of a hob in the counter
+HALF_TURN = 2 * QUARTER
+
+
+def kitchen(ctx: Context, mode: str) -> Iterator[Proposal]:
+    """A run of units at a wall; ``corner``: along two walls; ``galley``: along two facing walls; ``island``: an island
+    with bar stools before the run.
+
+    The smallest size falls back to a plain run, then to a kitchenette with the fridge somewhere else.
+    """
+    rng = ctx.rng("kitchen")
+    units = _Units(ctx, rng)
+    free = stretches(ctx, "kitchen_counter", units.depth, units.height)
+    order = [1.0 - 0.3 * (high - low) + 0.5 * rng.random() for _, low, high in free]
+    free = [free[int(i)] for i in np.argsort(order, kind="stable")]
+    if mode == "corner":
+        yield from _corners(units, free)
+    elif mode == "galley":
+        yield from _galleys(units, free)
+    elif mode == "island":
+        yield from _islands(units, free, draw(rng, AISLE_M))
+    if mode == "" or ctx.fit == 0.0:
+        for _, line in _runs(units, free):
+            yield units.dressed(line)
+    if ctx.fit == 0.0:
+        yield from _kitchenettes(units, rng)
+
+
+class _Units:
+    """The units of one kitchen, each width built once, and the lines made of them."""
+
+    def __init__(self, ctx: Context, rng: np.random.Generator) -> None:
+        self.ctx = ctx
+        self.rng = rng
+        self._counters: dict[tuple[float, bool, bool], Piece] = {}
+        self._cabinets: dict[float, Piece] = {}
+        self.fridge, self.hood = ctx.piece("fridge"), ctx.piece("range_hood", fit=0.0)
+        self.dishwasher = ctx.piece("dishwasher")
+        self.sink = self.counter(draw(rng, SINK_M, ctx.fit), sink=True)
+        self.cook = ctx.piece("stove") if rng.random() < STOVE_SHARE else self.counter(HOB_M, hob=True)
+        self.depth, self.height = self.sink.depth, top_m(self.sink)
+
+    def counter(self, width_m: float, sink: bool = False, hob: bool = False) -> Piece:
+        """A counter of a width, to the centimetre."""
+        key = (round(width_m, 2), sink, hob)
+        if key not in self._counters:
+            rng = self.ctx.rng("shape-units")  # one stream: all units of a kitchen are painted alike
+            self._counters[key] = Piece("kitchen_counter", kitchen_counter_of(rng, self.ctx.style, *key))
+        return self._counters[key]
+
+    def cabinet(self, width_m: float) -> Piece:
+        """A wall cabinet of a width, to the centimetre."""
+        key = round(width_m, 2)
+        if key not in self._cabinets:
+            rng = self.ctx.rng("shape-units")
+            self._cabinets[key] = Piece("wall_cabinet", wall_cabinet_of(rng, self.ctx.style, key))
+        return self._cabinets[key]
+
+    def width(self, piece: Piece) -> float:
+        """Width a unit takes in a line: that of the hood above it where it is wider."""
+        return max(piece.width, self.hood.width) if piece is self.cook else piece.width
+
+    def length(self, pieces: Sequence[Piece]) -> float:
+        """Of a line."""
+        return sum(self.width(p) for p in pieces) + UNIT_GAP_M * (len(pieces) - 1)
+
+    def line(self, length_m: float) -> list[Piece]:
+        """Fridge, sink and hob with as much between them as a length allows; none if it is too short for the three."""
+        spare = length_m - self.length([self.fridge, self.sink, self.cook])
+        if spare < 0:
+            return []
+        middle: list[Piece] = []
+        if spare >= DISHWASHER_FROM_M and self.dishwasher.width + UNIT_GAP_M < spare:
+            middle = [self.dishwasher]
+            spare -= self.dishwasher.width + UNIT_GAP_M
+        return [self.fridge, self.sink, *middle, *self.worktops(spare, before=self.cook)]
+
+    def worktops(self, spare_m: float, before: Piece) -> list[Piece]:
+        """A piece with worktop on one side or on both, as a spare length allows."""
+        whole = spare_m - UNIT_GAP_M
+        if whole < LEAST_COUNTER_M:
+            return [before]
+        if whole < 2 * LEAST_COUNTER_M + UNIT_GAP_M:
+            return [self.counter(_down(whole)), before]
+        first = min(BETWEEN_M, (whole - UNIT_GAP_M) / 2)
+        return [self.counter(_down(first)), before, self.counter(_down(whole - UNIT_GAP_M - first))]
+
+    def laid(self, stretch: Stretch, pieces: Sequence[Piece], from_high: bool) -> list[Item]:
+        """Pieces side by side from one end of a stretch; of equal depth, their fronts are in one plane."""
+        wall, low, high = stretch
+        items = []
+        at, way = (high, -1) if from_high else (low, 1)
+        for piece in pieces:
+            width = self.width(piece)
+            items.append(Item(piece, at_wall(wall, piece, at + way * width / 2)))
+            at += way * (width + UNIT_GAP_M)
+        return items
+
+    def dressed(self, line: Sequence[Item]) -> list[Item]:
+        """A line with what hangs above it: the hood over the place to cook, cabinets over the rest but the fridge."""
+        hung = []
+        for item in line:
+            piece = item.piece
+            if piece.category_name == "fridge":
+                continue
+            above = self.hood if piece is self.cook else self.cabinet(_down(piece.width))
+            pose = item.pose.then(0.0, (piece.depth - above.depth) / 2)
+            hung.append(Item(above, pose, optional=above is not self.hood or self.ctx.fit == 0.0))
+        return [*line, *hung]
+
+
+def _down(width_m: float) -> float:
+    """A width rounded down to the centimetre."""
+    return int(100 * width_m + 1e-6) / 100
+
+
+def _runs(units: _Units, free: Sequence[Stretch]) -> Iterator[tuple[Wall, list[Item]]]:
+    """The whole line along one stretch, from either end, either way round."""
+    wish = max(draw(units.rng, RUN_M, units.ctx.fit), units.length([units.fridge, units.sink, units.cook]))
+    ends = (True, False) if units.rng.random() < 0.5 else (False, True)
+    for stretch in free:
+        line = units.line(min(wish, stretch[2] - stretch[1]))
+        if line:
+            for from_high in ends:
+                yield stretch[0], units.laid(stretch, line, from_high)
+                yield stretch[0], units.laid(stretch, line[::-1], from_high)
+
+
+def _corners(units: _Units, free: Sequence[Stretch]) -> Iterator[Proposal]:
+    """Two runs that meet in a corner: sink and fridge along one wall, the place to cook along the other."""
+    wall_of = {id(s[0]): s for s in free}
+    walls = units.ctx.layout.shell.walls
+    for wall, after in pairwise((*walls, walls[0])):
+        first, second = wall_of.get(id(wall)), wall_of.get(id(after))
+        convex = wall.along[0] * after.along[1] - wall.along[1] * after.along[0] > 0
+        if first is None or second is None or not convex:
+            continue
+        if first[2] < wall.length_m - 2 * WALL_GAP_M or second[1] > 2 * WALL_GAP_M:
+            continue
+        for a, b, high in ((first, second, True), (second, first, False)):
+            yield from _corner(units, a, b, high)
+
+
+def _corner(units: _Units, long: Stretch, short: Stretch, from_high: bool) -> Iterator[Proposal]:
+    """One corner: ``long`` has its corner at its high end or at its low one, ``short`` at the other."""
+    blind = units.counter(BLIND_M + 0.05)
+    wish = max(draw(units.rng, RUN_M, units.ctx.fit), 2.0)
+    line = [blind, units.sink]
+    spare = min(wish, long[2] - long[1]) - units.length([*line, units.fridge])
+    if spare >= units.dishwasher.width + UNIT_GAP_M:
+        line.append(units.dishwasher)
+    line.append(units.fridge)
+    off = WALL_GAP_M + units.depth + UNIT_GAP_M
+    wall, low, high = short
+    rest = (wall, low, high - off) if not from_high else (wall, low + off, high)
+    room = min(rest[2] - rest[1], draw(units.rng, (1.2, 2.0)))
+    if units.length(line) > long[2] - long[1] or room < units.width(units.cook):
+        return
+    cooking = units.worktops(room - units.width(units.cook), before=units.cook)
+    yield units.dressed([*units.laid(long, line, from_high), *units.laid(rest, cooking, not from_high)])
+
+
+def _galleys(units: _Units, free: Sequence[Stretch]) -> Iterator[Proposal]:
+    """Fridge and sink along one wall, the place to cook along the wall across."""
+    bodies = 2 * (units.depth + WALL_GAP_M)
+    for first in free:
+        for second in free:
+            wall, across = first[0], second[0]
+            middle = (second[1] + second[2]) / 2
+            way = across_m(units.ctx.layout.shell, across, middle) - bodies
+            if wall.inward @ across.inward > -0.5 or not GALLEY_M[0] <= way <= GALLEY_M[1]:
+                continue
+            one = [units.fridge, units.sink, units.dishwasher]
+            spare = min(second[2] - second[1], draw(units.rng, (1.4, 2.2))) - units.width(units.cook)
+            if units.length(one) <= first[2] - first[1] and spare >= 0:
+                other = units.worktops(spare, before=units.cook)
+                for from_high in (True, False):
+                    runs = units.laid(first, one, from_high), units.laid(second, other, not from_high)
+                    yield units.dressed([*runs[0], *runs[1]])
+
+
+def _islands(units: _Units, free: Sequence[Stretch], aisle_m: float) -> Iterator[Proposal]:
+    """An island before the middle of a run, its back to the room, with bar stools there."""
+    ctx = units.ctx
+    island, stool = ctx.piece("kitchen_island"), ctx.piece("bar_stool")
+    count = max(1, int(island.width / STOOL_PITCH_M))
+    for wall, line in _runs(units, free):
+        ends = np.array([[item.pose.x, item.pose.y] for item in (line[0], line[-1])])
+        along = float(((ends - wall.start) @ wall.along).mean())
+        pose = standing(wall, along, WALL_GAP_M + units.depth + aisle_m + island.depth / 2, HALF_TURN)
+        y = island.depth / 2 + stool.depth / 2 + STOOL_GAP_M
+        places = [(i + 0.5) * island.width / count - island.width / 2 for i in range(count)]
+        stools = [Item(stool, pose.then(at, y), optional=True) for at in places]
+        yield [*units.dressed(line), Item(island, pose), *stools]
+
+
+def _kitchenettes(units: _Units, rng: np.random.Generator) -> Iterator[Proposal]:
+    """One counter with sink and hob, and the fridge wherever it fits beside it."""
+    ctx = units.ctx
+    units.cook = units.counter(KITCHENETTE_M, sink=True, hob=True)
+    counters = [units.dressed([Item(units.cook, p)]) for _, _, p in along_walls(ctx, units.cook, rng, "corner")]
+    fridges = [[Item(units.fridge, p)] for _, _, p in along_walls(ctx, units.fridge, rng, "corner")]
+    yield from together(ctx, (counters, fridges))
+    yield from counters

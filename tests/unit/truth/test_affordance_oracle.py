@@ -1,0 +1,110 @@
+"""Sittable cells and reached surfaces against bodies tried in place, which know nothing of the package's own answer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.ndimage import binary_dilation, binary_erosion
+
+from hsbench.geometry.transforms import planar
+from hsbench.schema.states import Affordance
+from hsbench.synth.furniture import COMMON_FAMILIES
+from hsbench.synth.rooms import RoomConfig, build_scene
+from hsbench.synth.seeds import Seeds
+from hsbench.truth.affordance import afford, top_down
+from tests.reference.body_fit import LITERAL, SETTLED, cell_centres, sittable, sittings, walkable
+from tests.reference.hand_reach import reached
+from tests.reference.rooms_by_hand import (
+    REACH_NO,
+    REACH_YES,
+    SIT_NO,
+    SIT_YES,
+    limits_of_reach,
+    limits_of_sitting,
+    round_stool,
+)
+from tests.unit.synth.living_rooms import living_room, room
+
+CELL_M = 0.05
+IOU = PRECISION = RECALL = 0.95
+TURN = planar(1.234, -0.567, np.radians(27.3))
+
+
+def generated(number):
+    scene = build_scene("x", Seeds(0).child(number), RoomConfig(), COMMON_FAMILIES)
+    return scene.moved(TURN) if number % 2 else scene
+
+
+def plan_of(scene):
+    """Minimum corner and shape of a top-down grid that holds a scene."""
+    corners = np.concatenate([o.vertices for o in scene.objects])[:, :2]
+    low = corners.min(axis=0) - CELL_M
+    return low, tuple(np.ceil((corners.max(axis=0) + CELL_M - low) / CELL_M).astype(int))
+
+
+def places_of(scene, origin_xy, shape, reading=SETTLED):
+    walk = cell_centres(origin_xy, shape)[walkable(scene, origin_xy, shape)]
+    return walk, sittings(scene, walk, reading)
+
+
+def iou_without_border(truth, other):
+    """IoU over the cells whose eight neighbours in ``truth`` are like them."""
+    square = np.ones((3, 3), dtype=bool)
+    inner = binary_erosion(truth, square) | ~binary_dilation(truth, square)
+    both, either = (truth & other & inner).sum(), ((truth | other) & inner).sum()
+    return both / either if either else 1.0
+
+
+def agree(scene, count, seed=0):
+    """Compare sittable cells, and ``count`` points a functional part; both sides stand on the same grid of cells."""
+    found = afford(scene)
+    walk, places = places_of(scene, found.walk.origin_xy, found.walk.free.shape)
+    plan = plan_of(scene)
+    theirs = top_down(found, *plan) >> Affordance.SITTABLE & 1 == 1
+    assert iou_without_border(sittable(scene, places, *plan), theirs) >= IOU
+    ids, parts, points, mine = reached(scene, walk, places, count, np.random.default_rng(seed))
+    theirs = found.reaches(points, ids, parts)
+    assert mine.any()
+    assert (mine & theirs).sum() >= PRECISION * theirs.sum()
+    assert (mine & theirs).sum() >= RECALL * mine.sum()
+
+
+def test_the_limits_of_sitting():
+    scene = limits_of_sitting().moved(TURN)
+    plan = plan_of(scene)
+    _, places = places_of(scene, *plan, LITERAL)
+    assert {p.object_id for p in places} == set(SIT_YES)
+    mine = sittable(scene, places, *plan)
+    assert mine.sum() * CELL_M**2 == pytest.approx(5 * 0.4**2 + 0.36**2, rel=0.05)
+    theirs = top_down(afford(scene), *plan) >> Affordance.SITTABLE & 1 == 1
+    for number in (*SIT_YES, *SIT_NO):
+        cell = np.floor((scene.object(number).box[:2] - plan[0]) / CELL_M).astype(int)
+        assert mine[tuple(cell)] == theirs[tuple(cell)] == (number in SIT_YES), number
+
+
+def test_the_limits_of_reach():
+    scene = limits_of_reach()
+    found = afford(scene)
+    walk, places = places_of(scene, *plan_of(scene), LITERAL)
+    ids, parts, points, mine = reached(scene, walk, places, 40, np.random.default_rng(0))
+    assert set(ids[mine]) == set(REACH_YES)
+    theirs = found.reaches(points, ids, parts)
+    assert set(ids[theirs]) == set(REACH_YES)
+    assert not set(REACH_NO) & set(ids[mine | theirs])
+
+
+def test_a_round_stool_is_where_readers_differ():
+    scene = room(4.0, 4.0, round_stool(10, 2.0, 2.0, diameter=0.4))
+    plan = plan_of(scene)
+    assert not places_of(scene, *plan, LITERAL)[1]
+    assert places_of(scene, *plan, SETTLED)[1]
+    assert (top_down(afford(scene), *plan) >> Affordance.SITTABLE & 1).any()
+
+
+def test_a_room_made_by_hand():
+    agree(living_room(1).moved(TURN), 100)
+
+
+@pytest.mark.parametrize("number", [4, *(pytest.param(i, marks=pytest.mark.slow) for i in range(24) if i != 4)])
+def test_generated_rooms(number):
+    agree(generated(number), 20)
