@@ -11,7 +11,7 @@ from hsbench.errors import HsbenchError
 
 
 @click.command(
-    epilog="Examples: hsbench verify data/rgbd; hsbench verify --scenes 100",
+    epilog="Example: hsbench verify data/rgbd",
     short_help="check a data set's files and contents, or the scene generator",
 )
 @click.argument("data", type=FOLDER, required=False)

@@ -96,6 +96,6 @@ def find_recipe(name_or_path: str) -> Recipe:
 
 
 def _engine_files() -> list[Path]:
-    """The sources that episodes follow from, in a fixed order."""
+    """The sources and assets that episodes follow from, in a fixed order."""
     package = Path(__file__).resolve().parents[1]
-    return sorted(p for name in ENGINE_PACKAGES for p in (package / name).rglob("*.py"))
+    return sorted(p for name in ENGINE_PACKAGES for kind in ("*.py", "*.npz") for p in (package / name).rglob(kind))

@@ -72,7 +72,7 @@ def _side(scene: Scene, origin: FloatArray, direction: FloatArray) -> tuple[int,
         away = np.einsum("ij,ij->i", start - origin, inward)[facing] / slope[facing]
         foot = origin + away[:, None] * direction
         place = np.einsum("ij,ij->i", foot - start[facing], along[facing])
-        hit = (-INTO_ROOM_M <= away) & (away <= WALL_REACH_M) & (0 <= place) & (place <= length[facing])
+        hit = (away >= -INTO_ROOM_M) & (away <= WALL_REACH_M) & (place >= 0) & (place <= length[facing])
         for distance, point in zip(away[hit], foot[hit], strict=True):
             if best is None or abs(distance) < best[0]:
                 best = (abs(float(distance)), number, point)

@@ -153,7 +153,7 @@ def nearest_free_cell(walk: WalkMap, xy: FloatArray) -> tuple[int, int] | None:
     if (low >= high).any():
         return None
     x, y = (walk.origin_xy[a] + (np.arange(low[a], high[a]) + 0.5) * walk.cell_m - xy[a] for a in range(2))
-    away = np.hypot(x[:, None], y[None, :])
+    away = np.hypot(x[:, None], y[None, :]).round(9)  # ties are the same on every machine
     away[~walk.free[low[0] : high[0], low[1] : high[1]]] = np.inf
     i, j = np.unravel_index(int(np.argmin(away)), away.shape)
     return (int(i + low[0]), int(j + low[1])) if away[i, j] <= SNAP_M else None
@@ -166,7 +166,7 @@ def _connected(walk: WalkMap, points: FloatArray) -> BoolArray:
 
 
 def _floor(scene: Scene, ways: Sequence[Doorway], cell_m: float) -> WalkMap:
-    """The cells whose centre is in a room or doorway, on the grid that covers them, aligned to multiples of the cell."""
+    """The cells whose centre is in a room or doorway, on a grid aligned to multiples of the cell."""
     regions = [room.outline_xy for room in scene.rooms]
     regions += [np.concatenate([way.corners(0), way.corners(1)[::-1]]) for way in ways if len(way.rooms) == 2]
     corners = np.concatenate(regions)
@@ -182,12 +182,12 @@ def _floor(scene: Scene, ways: Sequence[Doorway], cell_m: float) -> WalkMap:
 
 
 def _barriers(scene: Scene, ways: Sequence[Doorway]) -> FloatArray:
-    """(B, 2, 2) segments that stop a body: the outlines, open at doorways between two rooms, and these doorways' sides."""
+    """(B, 2, 2) segments that stop a body: the outlines, open at doorways between two rooms, and the sides of these."""
     found: list[FloatArray] = []
     open_at: list[list[FloatArray]] = [[] for _ in scene.rooms]
     for way in (w for w in ways if len(w.rooms) == 2):
-        for side, room in enumerate(way.rooms):
-            open_at[room].append(way.corners(side))
+        for side, number in enumerate(way.rooms):
+            open_at[number].append(way.corners(side))
         found += list(np.stack([way.corners(0), way.corners(1)], axis=1))
     for room, gaps in zip(scene.rooms, open_at, strict=True):
         for start, end in zip(room.outline_xy, np.roll(room.outline_xy, -1, axis=0), strict=True):

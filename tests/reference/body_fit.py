@@ -49,7 +49,7 @@ from tests.reference.solid_points import Hull, hull_depth, hull_of, object_hulls
 
 RADIUS_M, STEP_M, HEAD_ROOM_M = 0.25, 0.02, 1.8
 DOOR_REACH_M = 0.5
-LATTICE_M, BLOCK = 0.01, 16
+FACE_M, VOLUME_M = 0.02, 0.05
 TILT = np.cos(np.radians(15.0))
 SEAT_M = (0.25, 0.75)
 WIDE_M, TRUNK_M, SHIN_FROM_M, THIGH_M, GAP_M = 0.35, 0.85, 0.1, 0.15, 0.1
@@ -57,6 +57,7 @@ WALK_WITHIN_M = 0.7
 PULL_M, PULL_STEP_M = 0.6, 0.05
 PLACE_STEP_M, GAP_STEP_M = 0.025, 0.01
 TOUCH_M, SEAM_M = 1e-3, 1e-7
+AROUND_M = PULL_M + GAP_M + TRUNK_M  # what is farther from a seat is in nobody's way
 QUARTER_TURNS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 FRONT = (0, -1)  # object frame
 BACKLESS = ("stool", "bar_stool", "bench", "ottoman", "piano")  # seats that have no front of their own
@@ -76,27 +77,31 @@ def plan(item):
 # Walking ------------------------------------------------------------------------------------------------------------
 
 
+def volume_points(hull):
+    """(N, 3) points of a 5 cm lattice inside a hull."""
+    axes = [np.arange(low, high, VOLUME_M) for low, high in zip(hull.low, hull.high, strict=True)]
+    lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return lattice[hull_depth(hull, lattice) > 0]
+
+
+def face_points(triangle):
+    """(N, 3) points at most 2 cm apart all over a triangle, its sides and corners too."""
+    a, b, c = triangle
+    far, wide = max(np.linalg.norm(b - a), np.linalg.norm(c - a)), np.linalg.norm(c - b)
+    u = np.linspace(0, 1, 1 + int(np.ceil(far / FACE_M)))[:, None, None]
+    v = np.linspace(0, 1, 1 + int(np.ceil(wide / FACE_M)))[None, :, None]
+    return (a + u * ((b - a) + v * (c - b))).reshape(-1, 3)
+
+
 def obstacle_points(hulls):
-    """(N, 2) plan of points of a 1 cm lattice, and of vertices, that lie in solids where the cylinder would be."""
-    found = [np.empty((0, 2))]
-    line = np.arange(BLOCK) * LATTICE_M
-    block = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
-    for hull in hulls:
-        low, high = hull.low.copy(), hull.high.copy()
-        low[2], high[2] = max(low[2], STEP_M), min(high[2], HEAD_ROOM_M)
-        if high[2] <= low[2]:
-            continue
-        first, last = np.floor(low / LATTICE_M), np.ceil(high / LATTICE_M)
-        axes = [(np.arange(a, b, BLOCK) + 0.5) * LATTICE_M for a, b in zip(first, last, strict=True)]
-        starts = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        # A block whose middle is farther outside than half its diagonal holds no solid point.
-        for start in starts[hull_depth(hull, starts + block.mean(axis=0)) >= -np.sqrt(3) / 2 * BLOCK * LATTICE_M]:
-            points = start + block
-            solid = (hull_depth(hull, points) > 0) & (points[:, 2] > STEP_M) & (points[:, 2] < HEAD_ROOM_M)
-            column_starts = points.reshape(-1, BLOCK, 3)[:, 0, :2]
-            found.append(column_starts[solid.reshape(-1, BLOCK).any(axis=1)])
-        found.append(hull.vertices[(hull.vertices[:, 2] > STEP_M) & (hull.vertices[:, 2] < HEAD_ROOM_M), :2])
-    return np.concatenate(found)
+    """(N, 2) plan of points all over and all through the solids, as high as the cylinder.
+
+    A cylinder that meets a solid holds points of its faces, or is wholly inside: there a coarse lattice is enough.
+    """
+    hulls = [h for h in hulls if h.low[2] < HEAD_ROOM_M and h.high[2] > STEP_M]
+    samples = [points for h in hulls for points in (volume_points(h), *map(face_points, h.triangles))]
+    points = np.concatenate([np.empty((0, 3)), *samples])
+    return points[(points[:, 2] > STEP_M) & (points[:, 2] < HEAD_ROOM_M), :2]
 
 
 def standable(scene, centres):
@@ -279,7 +284,10 @@ def sittings(scene, walk, reading=LITERAL) -> list[Sitting]:
     for item in scene.objects:
         if not any(part.role in ("seat", "mattress") for part in item.parts):
             continue
-        others = [h for h in everything if h.object_id != item.object_id]
+        low, high = item.vertices.min(axis=0) - AROUND_M, item.vertices.max(axis=0) + AROUND_M
+        others = [
+            h for h in everything if h.object_id != item.object_id and (h.low < high).all() and (h.high > low).all()
+        ]
         settled = set()
         for pose in use_poses(item, others):
             own = object_hulls(item, pose)

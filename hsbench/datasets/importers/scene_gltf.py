@@ -40,6 +40,8 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 FLOAT = 5126
 INDEX_TYPES = {5121: "<u1", 5123: "<u2", 5125: "<u4"}
 TRIANGLES, STRIP, FAN = 4, 5, 6
+UNIT = 0.01  # what the squared length of a quaternion may be off by: files round
+LARGEST = 1e9  # entries of a transform beyond this place nothing
 HARMLESS_EXTENSIONS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_")
 """Beginnings of the names of extensions that leave the shape as it is."""
 
@@ -274,14 +276,16 @@ def _extras(entry: Any) -> dict[str, Any]:
 
 def _transform(entry: Any, name: str) -> FloatArray:
     """(4, 4) transform of a node: its matrix (stored by columns), or translation times rotation times scale."""
+    rotation = np.array(entry.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=np.float64)
+    if rotation.shape != (4,) or not abs(np.clip(rotation, -2, 2) @ np.clip(rotation, -2, 2) - 1) < UNIT:
+        raise DataError(f"node {name!r}: rotation {rotation.tolist()}; expected a unit quaternion x y z w")
     if "matrix" in entry:
         matrix = np.array(entry["matrix"], dtype=np.float64).reshape(4, 4).T
     else:
-        x, y, z, w = entry.get("rotation", (0.0, 0.0, 0.0, 1.0))
         matrix = np.eye(4)
-        matrix[:3, :3] = matrix_from_quaternion(np.array([w, x, y, z])) * np.array(entry.get("scale", (1.0, 1.0, 1.0)))
+        matrix[:3, :3] = matrix_from_quaternion(np.roll(rotation, 1)) * np.array(entry.get("scale", (1.0, 1.0, 1.0)))
         matrix[:3, 3] = entry.get("translation", (0.0, 0.0, 0.0))
-    if not np.isfinite(matrix).all() or not np.array_equal(matrix[3], [0, 0, 0, 1]):
+    if not (np.abs(matrix) <= LARGEST).all() or not np.array_equal(matrix[3], [0, 0, 0, 1]):
         raise DataError(f"node {name!r}: transform {matrix.tolist()}; expected a finite affine matrix")
     return matrix
 

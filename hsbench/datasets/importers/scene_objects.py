@@ -31,6 +31,7 @@ MIN_SOLID_M = 0.01
 SHOWN = 12  # nodes named in one message
 
 Key = tuple[str, ...]
+IGNORED: Key = (IGNORE,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,58 +70,71 @@ def group_nodes(
 
     default: the category of nodes without a label. Raises DataError for such nodes if there is none.
     """
-    groups: dict[Key, Group] = {}
-    owner: list[Key | None] = []
-    used: set[tuple[str, str]] = set()
-    unlabelled: list[str] = []
-    notes: list[str] = []
+    grouping = _Grouping(nodes, scene_T_nodes, table, default)
+    for index in range(len(nodes)):
+        grouping.add(index)
+    if grouping.unlabelled:
+        raise DataError(_unlabelled(grouping.unlabelled))
+    notes = [*grouping.notes, *_unused(table, grouping.used, nodes)]
+    return [group for group in grouping.groups.values() if group.meshes], notes
 
-    def claim(index: int, label: Label, part: str) -> Key:
+
+class _Grouping:
+    """Nodes put into groups one by one, parents first: a node without a category joins the group of its parent."""
+
+    def __init__(
+        self, nodes: tuple[SourceNode, ...], scene_T_nodes: list[FloatArray], table: LabelTable, default: str | None
+    ) -> None:
+        self.nodes, self.scene_T_nodes, self.table, self.default = nodes, scene_T_nodes, table, default
+        self.groups: dict[Key, Group] = {}
+        self.key_of_node: list[Key | None] = []
+        self.used: set[tuple[str, str]] = set()
+        self.unlabelled: list[str] = []
+        self.notes: list[str] = []
+
+    def add(self, index: int) -> None:
+        """Put the meshes of a node where its label, or that of their material, says."""
+        node = self.nodes[index]
+        label = self.lookup(node.name) or label_of_extras(node.extras, f"node {node.name!r}")
+        inherited = self.key_of_node[node.parent] if node.parent >= 0 else None
+        if label.category is None and inherited is None and self.default is not None and node.meshes:
+            label = replace(label, category=self.default)
+        key = self.claim(index, label) if label.category else inherited
+        self.key_of_node.append(key)
+        for mesh in node.meshes:
+            detail = self.lookup(node.name, mesh.material) or Label()
+            own = self.claim(index, detail, mesh.material) if detail.category else key
+            if own is None:
+                self.unlabelled.append(_shown(node, mesh))
+            elif own != IGNORED:
+                found = _in_scene(node, mesh, detail.role or label.role, self.scene_T_nodes[index], self.notes)
+                if mesh.exact and np.array_equal(self.scene_T_nodes[index], self.groups[own].scene_T_node):
+                    found = [replace(item, original=_original(item, mesh, node.extras)) for item in found]
+                self.groups[own].meshes += found
+
+    def lookup(self, node: str, part: str = "") -> Label | None:
+        """What the table says; its row is marked as used."""
+        match = self.table.find(node, part)
+        if match is None:
+            return None
+        self.used.add(match[0])
+        return match[1]
+
+    def claim(self, index: int, label: Label, part: str = "") -> Key:
         """The group that a label with a category names, made if need be."""
         assert label.category is not None
         if label.category == IGNORE:
-            return (IGNORE,)
+            return IGNORED
         key: Key = ("object", label.object) if label.object else ("node", str(index), label.category if part else "")
-        extras = nodes[index].extras
-        found = groups.setdefault(
-            key,
-            Group(
-                label.object or nodes[index].name, label.category, scene_T_nodes[index],
-                None if part or label.object else _object_id(extras), bool(label.movable),
-            ),
-        )  # fmt: skip
-        if found.category != label.category:
-            raise DataError(
-                f"object {label.object!r} is both {found.category} and {label.category}; expected one category"
-            )
+        if key not in self.groups:
+            node, name = self.nodes[index], label.object or self.nodes[index].name
+            object_id = None if part or label.object else _object_id(node.extras)
+            frame = self.scene_T_nodes[index]
+            self.groups[key] = Group(name, label.category, frame, object_id, bool(label.movable))
+        if self.groups[key].category != label.category:
+            both = f"{self.groups[key].category} and {label.category}"
+            raise DataError(f"object {label.object!r} is both {both}; expected one category")
         return key
-
-    for index, node in enumerate(nodes):
-        match = table.find(node.name)
-        if match:
-            used.add(match[0])
-        label = match[1] if match else label_of_extras(node.extras, f"node {node.name!r}")
-        owner.append(claim(index, label, "") if label.category else owner[node.parent] if node.parent >= 0 else None)
-        for mesh in node.meshes:
-            match = table.find(node.name, mesh.material)
-            if match:
-                used.add(match[0])
-            detail = match[1] if match else Label()
-            key = claim(index, detail, mesh.material) if detail.category else owner[index]
-            if key is None and default is not None:
-                key = owner[index] = claim(index, Label(default), "")
-            if key is None:
-                unlabelled.append(_shown(node, mesh))
-            elif key != (IGNORE,):
-                role = detail.role or label.role
-                found = _in_scene(node, mesh, role, scene_T_nodes[index], notes)
-                if mesh.exact and np.array_equal(scene_T_nodes[index], groups[key].scene_T_node):
-                    found = [replace(item, original=_original(item, mesh, node.extras)) for item in found]
-                groups[key].meshes += found
-    if unlabelled:
-        raise DataError(_unlabelled(unlabelled))
-    notes += _unused(table, used, nodes)
-    return [group for group in groups.values() if group.meshes], notes
 
 
 def build_objects(groups: list[Group]) -> tuple[SceneObject, ...]:

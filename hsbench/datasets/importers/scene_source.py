@@ -100,20 +100,20 @@ def check_triangles(count: int, at: Path) -> None:
 
 
 def checked_mesh(mesh: SourceMesh, at: str) -> SourceMesh:
-    """The mesh with the vertices that it uses, as float64; an exact one as it is.
+    """The mesh with the vertices that it uses, as float64; an exact one that uses all stays as it is.
 
     Raises DataError, naming the place, for indices out of range and vertices that are not finite.
     """
     if mesh.triangles.size and not 0 <= mesh.triangles.min() <= mesh.triangles.max() < len(mesh.vertices):
         raise DataError(f"{at}: triangle index outside 0..{len(mesh.vertices) - 1} (an incomplete copy?)")
-    used, triangles = np.unique(mesh.triangles, return_inverse=True)
-    if mesh.exact and len(mesh.vertices) <= mesh.triangles.size:
-        used, triangles = np.arange(len(mesh.vertices)), mesh.triangles.astype(np.int64)
-    vertices = mesh.vertices[used].astype(np.float64)
-    if not np.isfinite(vertices).all():
-        row = int(np.argmin(np.isfinite(vertices).all(axis=1)))
-        raise DataError(f"{at}: vertex {used[row]} is {vertices[row].tolist()}; expected finite coordinates")
-    return replace(mesh, vertices=vertices, triangles=triangles.reshape(-1, 3).astype(np.int32))
+    used, compact = np.unique(mesh.triangles, return_inverse=True)
+    odd = used[~np.isfinite(mesh.vertices[used]).all(axis=1)]
+    if len(odd):
+        raise DataError(f"{at}: vertex {odd[0]} is {mesh.vertices[odd[0]].tolist()}; expected finite coordinates")
+    if mesh.exact and len(used) == len(mesh.vertices):
+        return mesh
+    vertices, triangles = mesh.vertices[used].astype(np.float64), compact.reshape(-1, 3).astype(np.int32)
+    return replace(mesh, vertices=vertices, triangles=triangles, exact=False)
 
 
 def mean_colour(data: bytes) -> FloatArray | None:

@@ -30,9 +30,9 @@ SIZES: Mapping[str, Size] = MappingProxyType(
         "sofa": Size((1.45, 2.5), (0.78, 0.98), (0.74, 0.95)),
         "armchair": Size((0.68, 0.98), (0.74, 0.95), (0.72, 0.98)),
         "chair": Size((0.41, 0.5), (0.44, 0.6), (0.8, 1.02)),
-        "stool": Size((0.36, 0.44), (0.36, 0.44), (0.42, 0.48)),
+        "stool": Size((0.4, 0.46), (0.4, 0.46), (0.42, 0.48)),
         "office_chair": Size((0.54, 0.7), (0.54, 0.7), (0.86, 1.1)),
-        "bench": Size((1.1, 1.5), (0.36, 0.42), (0.43, 0.48)),
+        "bench": Size((1.1, 1.5), (0.4, 0.46), (0.43, 0.48)),
         "ottoman": Size((0.42, 0.86), (0.42, 0.62), (0.4, 0.46)),
         "bar_stool": Size((0.36, 0.48), (0.36, 0.5), (0.62, 1.0)),
         "bed": Size((0.95, 2.0), (2.02, 2.2), (0.7, 1.25)),
@@ -95,7 +95,7 @@ SIZES: Mapping[str, Size] = MappingProxyType(
         "wall_clock": Size((0.24, 0.36), (0.03, 0.06), (0.24, 0.36)),
         "rug": Size((1.5, 2.3), (1.05, 1.6), (0.012, 0.012)),
         "curtain": Size((0.34, 0.6), (0.06, 0.14), (2.1, 2.3)),
-        "cushion": Size((0.36, 0.48), (0.36, 0.48), (0.1, 0.17)),
+        "cushion": Size((0.36, 0.48), (0.09, 0.12), (0.3, 0.48)),
         # small things on tops
         "books": Size((0.14, 0.28), (0.18, 0.3), (0.04, 0.16)),
         "vase": Size((0.1, 0.2), (0.1, 0.2), (0.16, 0.3)),
@@ -126,6 +126,7 @@ REAL: Mapping[str, str] = MappingProxyType(
 DEVIATIONS: Mapping[str, str] = MappingProxyType(
     {
         "washing_machine": "the assets are American top loaders; ours is the 60 cm under-counter machine (EN 1116)",
+        "cushion": "the assets lie flat; ours stand on their edge, so that one can sit before them",
         "toilet": "two assets of .53 m, too wide for a bowl; ours are our default",
     }
 )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from hsbench.geometry.convex import ConvexSolid
 from hsbench.schema.scene import Part
 from hsbench.synth.furniture.pieces import (
     accent,
@@ -98,17 +101,25 @@ def curtain(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[P
 
 
 def cushion_piece(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
-    """A loose cushion that lies flat: square, oblong, or round with a button."""
+    """A loose cushion that stands on its edge: square, oblong, or round with a button."""
     room = size("cushion")
     cloth = accent(rng, style)
-    width, thick = draw(rng, room.width_m, fit), draw(rng, room.height_m)
+    width, thick = draw(rng, room.width_m, fit), draw(rng, room.depth_m)
     kind = pick(rng, ("square", "oblong", "round"))
     x = width / 2
-    y = max(room.depth_m[0] / 2, x * 0.76) if kind == "oblong" else x
+    y = max(room.height_m[0] / 2, x * 0.76) if kind == "oblong" else x
     outline = oval_outline(x, y, 16) if kind == "round" else rounded_outline((-x, -y, x, y), 0.06)
     parts = [part("cushion", cloth, loft([outline * share for share, _ in PUFF], [thick * z for _, z in PUFF]))]
     if kind == "round":
         parts.append(
             slab("button", shade(cloth, 0.7), (-0.02, -0.02, 0.02, 0.02), thick - 0.006, thick + 0.004, None, 0.015)
         )
-    return centred(parts)
+    lowest = min(float(p.vertices[:, 1].min()) for p in parts)
+    return centred([_on_edge(p, lowest) for p in parts])
+
+
+def _on_edge(flat: Part, lowest_m: float) -> Part:
+    """A part of a cushion that lies flat, turned about x so that its smallest y is the floor, its top in front."""
+    assert flat.solid is not None
+    x, y, z = flat.solid.vertices.T
+    return replace(flat, solid=ConvexSolid(np.column_stack([x, -z, y - lowest_m]), flat.solid.triangles))

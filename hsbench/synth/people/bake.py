@@ -14,9 +14,8 @@ import numpy as np
 
 from hsbench.synth.people.baking.dressing import LAYERS, dressed_half, places, skin_normals
 from hsbench.synth.people.baking.makehuman import MakeHuman
-from hsbench.synth.people.baking.rig import CURL_RAD, curled, rest_joints, stature, vertex_weights
+from hsbench.synth.people.baking.rig import CURL_RAD, OPPOSITE_BONES, curled, rest_joints, stature, vertex_weights
 from hsbench.synth.people.baking.simplify import Level, simplify
-from hsbench.synth.people.bones import BONES
 from hsbench.synth.people.mesh import ASSET, STEPS_PER_M, STEPS_PER_NORMAL
 from hsbench.synth.people.shapes import SHAPES
 from hsbench.typing import AnyArray, FloatArray, IntArray
@@ -30,7 +29,7 @@ MIRROR = np.array([-1.0, 1.0, 1.0])
 def main(wheel: Path) -> None:
     """Write ``bodies.npz`` beside this file."""
     arrays = bake(wheel)
-    np.savez_compressed(ASSET, **arrays)
+    np.savez_compressed(ASSET, allow_pickle=False, **arrays)
     print(f"{ASSET}: {ASSET.stat().st_size / 1e6:.2f} MB, vertices {arrays['counts'].tolist()}")
 
 
@@ -45,7 +44,7 @@ def bake(wheel: Path) -> dict[str, AnyArray]:
     points = places(piece, mean) + skin_normals(piece, mean) * worn[:, None]
     levels, order = simplify(points, piece.triangles, piece.region, half.weight, [n // 2 for n in LEVELS])
     whole = Mirroring.of(order, half.middle(mean))
-    bones, weights = vertex_weights(human, piece.rows, piece.at(mean), rest_joints(human, mean))
+    bones, weights = vertex_weights(human, piece.rows, places(piece, mean), rest_joints(human, mean))
     skins = [whole.places(places(piece, base)) for base in people.values()]
     across = [whole.places(skin_normals(piece, base)) for base in people.values()]
     joints = [rest_joints(human, base) for base in people.values()]
@@ -100,9 +99,7 @@ class Mirroring:
 
     def bones(self, bones: AnyArray) -> AnyArray:
         """(V, 4) bones -> (W, 4), left and right exchanged in the mirror."""
-        swap = {"left": "right", "right": "left"}
-        names = ["_".join(swap.get(word, word) for word in name.split("_")) for name in BONES]
-        opposite = np.array([BONES.index(name) for name in names], dtype=bones.dtype)
+        opposite = OPPOSITE_BONES.astype(bones.dtype)
         return np.where(self.mirrored[:, None] == 1, opposite[bones[self.source]], bones[self.source])
 
     def triangles(self, level: Level) -> tuple[IntArray, IntArray]:

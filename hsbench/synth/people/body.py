@@ -16,7 +16,18 @@ from hsbench.geometry.numerics import quantise_m
 from hsbench.schema.skeletons import KINECT_V2
 from hsbench.synth.people.shapes import SHAPE_OF, SHAPES
 from hsbench.synth.people.wardrobe import (
-    HAIR_STYLES, HAIRS, LEGS, OUTFITS, SHOES, SKINS, SLEEVES, Colour, Hair, Legs, Sleeves, looks,
+    HAIR_STYLES,
+    HAIRS,
+    LEGS,
+    OUTFITS,
+    SHOES,
+    SKINS,
+    SLEEVES,
+    Colour,
+    Hair,
+    Legs,
+    Sleeves,
+    looks,
 )  # fmt: skip
 from hsbench.typing import FloatArray
 

@@ -1,7 +1,7 @@
 """The 35 bones of a body's mesh, and their frames from 25 joints alone.
 
-A joint has a place but no orientation, so a bone's twist about its axis follows from its neighbours: the trunk from hips
-and shoulders, a limb's middle from the plane in which elbow or knee bends, its root from its parent by the least
+A joint has a place but no orientation, so a bone's twist about its axis follows from its neighbours: the trunk from
+hips and shoulders, a limb's middle from the plane in which elbow or knee bends, its root from its parent by the least
 rotation, its end from thumb or foot. Each limb bone is three that share the twist from root to end, so that skin
 wrings over the whole length. Everything is continuous in the joints; a straight limb keeps its parent's twist.
 """
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hsbench.synth.people.body import J, unit
+from hsbench.synth.people.body import MIDDLE_JOINTS, J, unit
 from hsbench.typing import BoolArray, FloatArray
 
 TWISTS = 3
@@ -29,6 +29,7 @@ GIRTHED: BoolArray = np.array([name not in ("neck", "head") and not name.endswit
 
 EASE = 0.15  # the sine of the bend at which a limb follows the plane of its bend rather than its parent
 MIDDLE_EASE = 0.1  # keeps the middle of a limb defined when its ends are twisted half a turn
+THUMB_EASE = 0.02  # and of a thumb against its hand, of a foot against its shank
 OPPOSITE = 1e-3  # least rotations are damped this near to a half turn
 
 _LIMB_JOINTS = np.array(
@@ -92,9 +93,7 @@ def aside(vectors: FloatArray, axis: FloatArray) -> FloatArray:
 
 
 def _trunk(joints: FloatArray) -> Frames:
-    base, mid, top, neck, head = (
-        joints[:, J[n]] for n in ("spine_base", "spine_mid", "spine_shoulder", "neck", "head")
-    )
+    base, mid, top, neck, head = (joints[:, J[name]] for name in MIDDLE_JOINTS)
     left, right = joints[:, J["shoulder_left"]], joints[:, J["shoulder_right"]]
     hips, shoulders = unit(joints[:, J["hip_left"]] - joints[:, J["hip_right"]]), unit(left - right)
     low, high, skull = mid - base, top - mid, head - neck
@@ -135,8 +134,10 @@ def _ends(joints: FloatArray, lower: FloatArray, folded: FloatArray) -> FloatArr
     limbs = joints[:, _LIMB_JOINTS]
     along = unit(limbs[:, :, 3] - limbs[:, :, 2])
     thumb = unit(aside(joints[:, _THUMBS] - limbs[:, :2, 2], along[:, :2]))
-    beside = np.concatenate([thumb, np.cross(lower[:, 2:], along[:, 2:])], axis=1)
-    return _axes(along, beside + EASE**2 * folded)
+    ankle = np.cross(lower[:, 2:], along[:, 2:])
+    # What stands in for a thumb in line with its hand is a direction like it, not an axis: mirror images stay alike.
+    thumb = thumb + THUMB_EASE * np.cross(along[:, :2], folded[:, :2])
+    return _axes(along, np.concatenate([thumb, ankle + THUMB_EASE * folded[:, 2:]], axis=1))
 
 
 def _carried(vectors: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:

@@ -1,9 +1,9 @@
 """A body as a low-poly coloured mesh that follows its joints: what renderers draw.
 
-The shapes come from ``bodies.npz`` (see ``bodies.md``): vertices of the skin and their normals for every shape, how far
-each garment stands off, and up to four bones for every vertex. A body is dressed once; then each pose moves its vertices
-by linear blend skinning with the frames of ``bones``. Its topology is the same in every pose. Vertices are in the
-joints' frame, triangles counter-clockwise from outside.
+The shapes come from ``bodies.npz`` (see ``bodies.md``): vertices of the skin and their normals for every shape, how
+far each garment stands off, and up to four bones for every vertex. A body is dressed once; then each pose moves its
+vertices by linear blend skinning with the frames of ``bones``. Its topology is the same in every pose. Vertices are in
+the joints' frame, triangles counter-clockwise from outside.
 """
 
 from __future__ import annotations

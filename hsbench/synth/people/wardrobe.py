@@ -29,8 +29,9 @@ SKINS: tuple[Colour, ...] = (
     (84, 56, 42),
 )
 HAIRS: tuple[Colour, ...] = ((186, 150, 96), (112, 78, 48), (62, 42, 30), (28, 24, 22), (150, 148, 144))
-SHOES: tuple[Colour, ...] = ((30, 28, 28), (88, 58, 38), (214, 212, 208), (58, 62, 74))
+SHOES: tuple[Colour, ...] = ((30, 28, 28), (88, 58, 38), (168, 164, 158), (58, 62, 74))
 IRISES: tuple[Colour, ...] = ((70, 96, 118), (74, 58, 40), (40, 28, 22))
+DARK_HAIR = (130, 60)  # brightest channel of hair that goes with brown eyes, and with dark ones
 EYE_WHITE: Colour = (236, 232, 226)
 LIP_TINT, LIP_SHARE = (176, 72, 76), 0.45  # lips are skin with this much of this
 SHAVED_SHARE = 0.25  # of the hair's colour on a shaved scalp
@@ -62,7 +63,7 @@ DARK_HAIRS, GREY_AGE = (2, 3), 0.6  # places in HAIRS of all but Europeans; a sh
 
 @dataclass(frozen=True)
 class Dress:
-    """What is worn, as ``bodies.npz`` knows it: layers over the skin, regions left out, and the colour of each region."""
+    """What is worn, as ``bodies.npz`` knows it: layers over the skin, regions left out, colours of the regions."""
 
     layers: tuple[str, ...]
     hidden: tuple[Region, ...]
@@ -111,9 +112,9 @@ def blend(first: Colour, second: Colour, share: float) -> Colour:
     return r, g, b
 
 
-def iris_of(skin: Colour) -> Colour:
-    """Eyes as dark as they mostly are with a skin."""
-    return IRISES[int(np.clip(SKINS.index(skin), 0, len(IRISES) - 1))] if skin in SKINS else IRISES[1]
+def iris_of(hair: Colour) -> Colour:
+    """Eyes as dark as they mostly are with hair of a colour."""
+    return IRISES[sum(max(hair) < limit for limit in DARK_HAIR)]
 
 
 def dress(
@@ -132,7 +133,7 @@ def dress(
     shank = trousers if legs == "trousers" else skin
     layers += {"trousers": ["trousers"], "shorts": [], "skirt": ["skirt"]}[legs]
     colours: dict[Region, Colour] = {
-        Region.SKIN: skin, Region.EYE: EYE_WHITE, Region.IRIS: iris_of(skin), Region.BROW: blend(hair, skin, 0.2),
+        Region.SKIN: skin, Region.EYE: EYE_WHITE, Region.IRIS: iris_of(hair), Region.BROW: blend(hair, skin, 0.2),
         Region.LIPS: blend(skin, LIP_TINT, LIP_SHARE), Region.SCALP: scalp, Region.NAPE: nape, Region.NAPE_EDGE: nape,
         Region.SHIRT: shirt, Region.NECK_EDGE: shirt, Region.SLEEVE_EDGE: shirt, Region.HEM_EDGE: shirt,
         Region.FOREARM: sleeve, Region.WRIST_EDGE: sleeve, Region.TROUSERS: trousers, Region.KNEE_EDGE: trousers,

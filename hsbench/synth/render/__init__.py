@@ -1,6 +1,6 @@
 """Rendering: meshes, a camera and lights in; RGB, depth and ids out. The scene description knows no renderer.
 
-``open_renderer("auto")`` gives the OpenGL back end where EGL starts and the ray caster elsewhere. What a room looks like
+``open_renderer("auto")`` gives the OpenGL back end where EGL starts and the ray caster elsewhere. The picture of a room
 without people, with textures, shadows and bounced light, is made on top of either (``background``).
 """
 

@@ -268,7 +268,7 @@ def _look_out(ray: FloatArray, sun_towards: FloatArray, display: FloatArray) -> 
     across = sun_towards[0] * ray[1] - sun_towards[1] * ray[0]
     azimuth = math.atan2(across, sun_towards[0] * ray[0] + sun_towards[1] * ray[1])
     crowns = 0.03 + 0.05 * noise2(5.0 * azimuth, 0.5, 48) + 0.02 * noise2(23.0 * azimuth, 0.5, 49)
-    leaf = 1.0 + 0.3 * noise2(40.0 * azimuth, 60.0 * slope, 50)
+    leaf = 1.0 + 0.16 * noise2(35.0 * azimuth, 35.0 * slope, 50) + 0.12 * noise2(110.0 * azimuth, 110.0 * slope, 51)
     for c in range(3):
         if slope > crowns:
             light = HAZE[c] + (BLUE[c] - HAZE[c]) * math.sqrt(min(slope - crowns, 1.0))

@@ -7,13 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from hsbench.synth.rooms.placing import Item, Piece, Pose
-from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls
-from hsbench.synth.rooms.search import together
+from hsbench.synth.rooms.poses import QUARTER, WALL_GAP_M, Context, Proposal, along_walls
+from hsbench.synth.rooms.search import HANG_GAP_M, together
 
-FIXTURE_GAP_M = 0.02  # behind what is plumbed in
 BESIDE_TOILET_M = (0.08, 0.2)  # free on each side of a toilet: least, and IRC 2021 R307.1 (.38 m from its middle)
 MIRROR_OVER_M = 0.15  # least height of a mirror's lower edge above the rim of its basin
 BASIN_PITCH_M = 0.08  # between two basins
+RAIL_GAP_M = 0.05  # basin to towel rail
+TWO_RAILS_SHARE = 0.3  # of basins with a rail on both sides
 
 
 def bathroom(ctx: Context, mode: str) -> Iterator[Proposal]:
@@ -38,14 +39,14 @@ def _wet(ctx: Context, piece: Piece, rng: np.random.Generator) -> list[Proposal]
     return [
         [Item(piece, pose)]
         for turn in turns
-        for _, _, pose in along_walls(ctx, piece, rng, "corner", FIXTURE_GAP_M, turn=turn)
+        for _, _, pose in along_walls(ctx, piece, rng, "corner", WALL_GAP_M, turn=turn)
     ]
 
 
 def _toilets(ctx: Context, rng: np.random.Generator) -> list[Proposal]:
     piece = ctx.piece("toilet")
     half = piece.width / 2 + BESIDE_TOILET_M[int(ctx.fit > 0.0)]
-    return [[Item(piece, pose)] for _, _, pose in along_walls(ctx, piece, rng, "any", FIXTURE_GAP_M, half_m=half)]
+    return [[Item(piece, pose)] for _, _, pose in along_walls(ctx, piece, rng, "any", WALL_GAP_M, half_m=half)]
 
 
 def _basins(ctx: Context, rng: np.random.Generator, count: int) -> list[Proposal]:
@@ -56,13 +57,14 @@ def _basins(ctx: Context, rng: np.random.Generator, count: int) -> list[Proposal
     places = [(i - (count - 1) / 2) * pitch for i in range(count)]
     half = count * pitch / 2
     proposals = []
-    for _, _, pose in along_walls(ctx, piece, rng, "middle", FIXTURE_GAP_M, half_m=half):
+    for _, _, pose in along_walls(ctx, piece, rng, "middle", WALL_GAP_M, half_m=half):
         items = [Item(piece, pose.then(x, 0.0)) for x in places]
         items += [Item(mirror, over(piece, mirror, item.pose), optional=True) for item in items]
         for side in (-1, 1):
-            x = side * (half + rail.width / 2 + 0.05)
-            items.append(Item(rail, pose.then(x, (piece.depth - rail.depth) / 2), optional=True))
-        proposals.append(items[:-1] if rng.random() < 0.7 else items)
+            x = side * (half + rail.width / 2 + RAIL_GAP_M)
+            back = (piece.depth - rail.depth) / 2 + WALL_GAP_M - HANG_GAP_M
+            items.append(Item(rail, pose.then(x, back), optional=True))
+        proposals.append(items if rng.random() < TWO_RAILS_SHARE else items[:-1])
     # Where the mirror has its place comes before where a window is.
     return sorted(proposals, key=lambda items: not ctx.layout.free_of(items[count], items[:count]))
 
@@ -70,4 +72,5 @@ def _basins(ctx: Context, rng: np.random.Generator, count: int) -> list[Proposal
 def over(below: Piece, hung: Piece, pose: Pose, gap_m: float = MIRROR_OVER_M) -> Pose:
     """Where a piece hangs at the wall behind another one at ``pose``, lifted if need be until it clears it."""
     low = float(hung.bounds[0, 2])
-    return pose.then(0.0, (below.depth - hung.depth) / 2, 0.0, max(0.0, below.height + gap_m - low))
+    back = (below.depth - hung.depth) / 2 + WALL_GAP_M - HANG_GAP_M
+    return pose.then(0.0, back, 0.0, max(0.0, below.height + gap_m - low))

@@ -17,7 +17,8 @@ STAND_GAP_M = 0.04
 CORNER_M = 0.5  # a bed this near to a corner stands in it
 FOOT_GAP_M = 0.05
 FOOT_SHARE, RUG_SHARE, SIDEWAYS_SHARE = 0.4, 0.5, 0.5
-RUG_M = (0.65, 1.5)  # beside a bed: across, along
+RUG_M, RUG_Y_M = (0.65, 1.5), -0.2  # rug beside a bed: across and along, its middle before that of the bed
+AROUND_M, BACKS_GAP_M = 0.3, 0.03  # least way round a bed in the room; its head to the dresser behind it
 HALF_TURN = 2 * QUARTER
 
 
@@ -68,7 +69,7 @@ def _company(ctx: Context, frame: Piece, rng: np.random.Generator) -> list[Item]
         return []
     cloth = rug(ctx, *RUG_M)
     x = frame.width / 2 + cloth.width / 2 + FOOT_GAP_M
-    return [Item(cloth, Pose(s * x, -0.2), optional=True) for s in pick(rng, ((-1, 1), (1,), (-1,)))]
+    return [Item(cloth, Pose(s * x, RUG_Y_M), optional=True) for s in pick(rng, ((-1, 1), (1,), (-1,)))]
 
 
 def _moved(items: list[Item], pose: Pose) -> list[Item]:
@@ -77,6 +78,6 @@ def _moved(items: list[Item], pose: Pose) -> list[Item]:
 
 def _bed_island(ctx: Context, frame: Piece, stand: Piece, rng: np.random.Generator) -> Iterator[Proposal]:
     dresser = ctx.piece("dresser")
-    for pose in in_room(ctx, rng, frame.width / 2 + 0.3):
-        behind = pose.then(0.0, frame.depth / 2 + dresser.depth / 2 + 0.03, HALF_TURN)
+    for pose in in_room(ctx, rng, frame.width / 2 + AROUND_M):
+        behind = pose.then(0.0, frame.depth / 2 + dresser.depth / 2 + BACKS_GAP_M, HALF_TURN)
         yield [Item(frame, pose), Item(dresser, behind), *_night_stands(frame, stand, pose)]

@@ -9,8 +9,8 @@ from hsbench.synth.furniture import MOVABLE, Style, family
 from hsbench.synth.rooms.config import HomeConfig, RoomConfig, Weights
 from hsbench.synth.rooms.floor_plans import draw_home_plan, draw_room_plan, weighted
 from hsbench.synth.rooms.furnish import furnish
-from hsbench.synth.rooms.plan import FloorPlan
 from hsbench.synth.rooms.placing import Layout
+from hsbench.synth.rooms.plan import FloorPlan
 from hsbench.synth.rooms.structure import around_room, room_style, structure
 from hsbench.synth.rooms.templates import TEMPLATES
 from hsbench.synth.seeds import Seeds
@@ -35,14 +35,19 @@ def build_home(scene_id: str, seeds: Seeds, config: HomeConfig, families: tuple[
     """
     style = _family(seeds, families)
     plan = draw_home_plan(seeds, config)
-    weights = divided(config.room.templates, config.room.divider_share)
-    templates = []
+    return _furnished(scene_id, plan, draw_templates(seeds, plan, config.room), seeds, config.room, style)
+
+
+def draw_templates(seeds: Seeds, plan: FloorPlan, config: RoomConfig) -> tuple[str, ...]:
+    """A template for each room of a plan. Raises SchemaError for a room type without one."""
+    weights = divided(config.templates, config.divider_share)
+    found = []
     for i, room in enumerate(plan.rooms):
         own = tuple((name, w) for name, w in weights if TEMPLATES[name].room_type == room.room_type)
         if not own:
             raise SchemaError(f"room.templates has none for a {room.room_type}; expected one for each type of room")
-        templates.append(weighted(seeds.rng(f"template-{i}"), own))
-    return _furnished(scene_id, plan, tuple(templates), seeds, config.room, style)
+        found.append(weighted(seeds.rng(f"template-{i}"), own))
+    return tuple(found)
 
 
 def divided(weights: Weights, share: float) -> Weights:

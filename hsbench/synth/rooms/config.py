@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from hsbench.errors import SchemaError
 from hsbench.synth.rooms.plan_shapes import SHAPES
-from hsbench.synth.rooms.room_kinds import ROOM_KINDS, Range
+from hsbench.synth.rooms.room_kinds import PROGRAMMES, Range
 from hsbench.synth.rooms.templates import COMMON_TEMPLATES, TEMPLATES, even_weights
 
 Weights = tuple[tuple[str, float], ...]
 """(name, weight) pairs."""
+
+
+LEAST_SIDE_M = 1.4
 
 
 @dataclass(frozen=True)
@@ -18,13 +22,13 @@ class RoomConfig:
     """One room and how it is furnished. Lengths are metres, shares 0..1. Raises SchemaError for impossible values."""
 
     width_m: Range | None = None
-    """Range of the width where it is not to be what is usual for the room type; likewise the depth."""
+    """Range of the width where it is not to be what is usual for the room type; so for the depth."""
     depth_m: Range | None = None
     ceiling_m: Range = (2.3, 3.2)
     wall_m: Range = (0.2, 0.4)
     shapes: Weights = (("rectangle", 0.55), ("l", 0.2), ("t", 0.1), ("niche", 0.15))
     windows: tuple[int, int] = (1, 2)
-    templates: Weights = even_weights(COMMON_TEMPLATES)
+    templates: tuple[tuple[str, float], ...] = even_weights(COMMON_TEMPLATES)
     """Arrangement templates with their weights; the novel ones are kept for test-novel."""
     divider_share: float = 0.25
     """Share of rooms divided by shelves or a sofa, where the type has such templates: they hide what is behind."""
@@ -58,19 +62,20 @@ class RoomConfig:
             _check_range(f"room.{name}", getattr(self, name))
         _check_weights("room.templates", self.templates, TEMPLATES)
         _check_weights("room.shapes", self.shapes, SHAPES)
-        least = [name for name in ("width_m", "depth_m") if (getattr(self, name) or (3.0, 3.0))[0] < 1.0]
-        if least:
-            raise SchemaError(f"room.{least[0]} begins below 1 m; expected metres (are these other units?)")
+        for name in ("width_m", "depth_m"):
+            sizes = getattr(self, name)
+            if sizes is not None and not sizes[0] >= LEAST_SIDE_M:
+                raise SchemaError(f"room.{name} is {sizes}; expected {LEAST_SIDE_M} m or more, place for the door")
 
 
 @dataclass(frozen=True)
 class HomeConfig:
-    """A flat or office: which rooms, how they are built. ``room`` says how each is furnished.
+    """A flat or office: which rooms, how they are built. ``room`` says how each is furnished, not how large it is.
 
     programmes: names of ``PROGRAMMES`` with weights. Lengths are metres, shares 0..1. Raises SchemaError.
     """
 
-    programmes: Weights = ()
+    programmes: tuple[tuple[str, float], ...] = tuple((name, 1.0) for name in PROGRAMMES)
     ceiling_m: Range = (2.3, 3.2)
     outer_m: Range = (0.2, 0.4)
     inner_m: Range = (0.1, 0.15)
@@ -81,26 +86,9 @@ class HomeConfig:
     room: RoomConfig = field(default_factory=RoomConfig)
 
     def __post_init__(self) -> None:
-        if not self.programmes:
-            object.__setattr__(self, "programmes", tuple((name, 1.0) for name in PROGRAMMES))
         for name in ("ceiling_m", "outer_m", "inner_m"):
             _check_range(f"home.{name}", getattr(self, name))
         _check_weights("home.programmes", self.programmes, PROGRAMMES)
-
-
-PROGRAMMES: dict[str, tuple[str, ...]] = {
-    "studio": ("living", "bathroom"),
-    "one_room": ("corridor", "living", "kitchen", "bathroom"),
-    "one_bedroom": ("corridor", "living", "kitchen", "bathroom", "bedroom"),
-    "one_bedroom_study": ("corridor", "living", "kitchen", "bathroom", "bedroom", "study"),
-    "two_bedroom": ("corridor", "living", "kitchen", "bathroom", "bedroom", "bedroom"),
-    "two_bedroom_dining": ("corridor", "living", "dining", "bathroom", "bedroom", "bedroom"),
-    "three_bedroom": ("corridor", "living", "kitchen", "bathroom", "bathroom", "bedroom", "bedroom", "bedroom"),
-    "small_office": ("corridor", "office", "kitchen", "bathroom"),
-    "office": ("corridor", "office", "office", "meeting", "bathroom"),
-    "large_office": ("corridor", "office", "office", "office", "meeting", "kitchen", "bathroom"),
-}
-"""Name -> room types; the entrance leads into the first."""
 
 
 def _check_range(name: str, values: tuple[float, float] | None) -> None:
@@ -108,8 +96,7 @@ def _check_range(name: str, values: tuple[float, float] | None) -> None:
         raise SchemaError(f"{name} is {values}; expected 0 <= smallest <= largest")
 
 
-def _check_weights(name: str, weights: Weights, known: object) -> None:
-    assert hasattr(known, "__iter__")
+def _check_weights(name: str, weights: Weights, known: Iterable[str]) -> None:
     names = tuple(known)
     if not weights:
         raise SchemaError(f"{name} is empty; expected at least one (name, weight)")

@@ -19,8 +19,8 @@ from hsbench.synth.rooms.shell import DOOR_SIDE_M, Opening, Wall
 from hsbench.synth.seeds import Seeds
 from hsbench.typing import FloatArray
 
-CURTAIN_GAP_M = 0.02
-RADIATOR_GAP_M = 0.02
+CURTAIN_SIDE_M = 0.01  # to what is kept free before a window
+CURTAIN_LIFT_M = 0.045  # it ends above the skirting
 RADIATOR_SHARE = 0.8  # of windows with one below
 UNDER_SILL_M = 0.06  # least space between radiator and window zone
 LAMP_HEAD_M = 2.0  # below a lamp that people pass under
@@ -31,10 +31,10 @@ OFF_CENTRE = 0.2  # weight of the way from the middle of the room against the di
 SECOND_LAMP_SHARE = 0.8  # another lamp hangs where walls are at least this far, compared with the first
 EYE_M = 1.5  # middle of a picture above the floor: museums hang at 1.45 to 1.55 m
 HIGHEST_M = 1.9  # and the highest middle over furniture
-ABOVE_M = 0.12  # picture to what stands below
+ABOVE_M, BESIDE_M = 0.12, 0.05  # picture to what stands below it, and what counts as below
 CLOCK_M = 1.95
 TO_CEILING_M = 0.1
-PICTURES_PER_M = 0.16  # of wall, on average
+PICTURES_PER_M = 0.13  # of wall, on average
 ROW_SHARE, ROW_GAP_M = 0.35, 0.1  # of places with several pictures in a row, and the space between them
 CLOCK_SHARE = 0.25
 PLACE_M = 0.4  # between places on bare walls
@@ -52,7 +52,7 @@ def radiators(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) ->
         for fit in (1.0, 0.0):
             piece = Context(layout, style, own, config).piece("radiator", fit=fit)
             if piece.width <= hole.width_m and piece.height + UNDER_SILL_M <= hole.low_m:
-                layout.place([[Item(piece, at_wall(wall, piece, hole.middle_m, RADIATOR_GAP_M))]])
+                layout.place([[Item(piece, at_wall(wall, piece, hole.middle_m, HANG_GAP_M))]])
                 break
 
 
@@ -65,10 +65,11 @@ def curtains(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> 
         if own.rng("wish").random() >= config.curtain_share:
             continue
         piece = Context(layout, style, own, config).piece("curtain")
-        off = hole.width_m / 2 + DOOR_SIDE_M + piece.width / 2 + 0.01
+        off = hole.width_m / 2 + DOOR_SIDE_M + piece.width / 2 + CURTAIN_SIDE_M
         places = [hole.middle_m + s * off for s in (-1, 1)]
         places = [p for p in places if piece.width / 2 < p < wall.length_m - piece.width / 2]
-        layout.place([[Item(piece, at_wall(wall, piece, p, CURTAIN_GAP_M)) for p in places]])
+        poses = (at_wall(wall, piece, p, HANG_GAP_M) for p in places)
+        layout.place([[Item(piece, pose.then(0.0, 0.0, 0.0, CURTAIN_LIFT_M)) for pose in poses]])
 
 
 def _windows(layout: Layout) -> Iterator[tuple[int, Opening, Wall]]:
@@ -189,6 +190,6 @@ def _top_below(layout: Layout, hung: Item) -> float:
     tops = [0.0]
     for item in layout.items:
         a, b = item.corners.min(axis=0), item.corners.max(axis=0)
-        if (np.minimum(b, high) - np.maximum(a, low) > -0.05).all() and item.z_range[0] < EYE_M:
+        if (np.minimum(b, high) - np.maximum(a, low) > -BESIDE_M).all() and item.z_range[0] < EYE_M:
             tops.append(max(item.z_range[1] + ABOVE_M, item.taken_z[1]))
     return max(tops)

@@ -14,9 +14,14 @@ from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls, i
 
 SEAT_PITCH_M = 0.56  # along a table, a person
 SEAT_GAP_M = (0.02, 0.07)  # table edge to seat front
-TURNED_GAP_M = 0.16  # what a turned chair needs more
+STRAIGHT_DEG = 4.0  # chairs that were pushed back to their table are turned by no more
+STRAIGHT_GAP_M, TURNED_GAP_M = 0.02, 0.16  # what these need more, and those that stand turned
 END_SEAT_M = 1.35  # a table this long has seats at its ends
+FOUR_ROUND_M = 0.98  # a round table of this width has four seats
+CORNER_M = 0.04  # at each end of a long side without a seat
 WALK_BEHIND_M = 0.55
+AROUND_M = 0.1  # a table in a small room to the wall
+WALL_M, BENCH_GAP_M = 0.03, 0.04  # a table or bench to the wall behind it, a table to its bench
 ROUND_SHARE = 0.8  # of the half width plus half depth: a top whose corners reach less far along the diagonal is round
 HALF_TURN = 2 * QUARTER
 WALL_END = 1  # sign of x of the table's end that stands at the wall after a quarter turn
@@ -33,7 +38,7 @@ def dining(ctx: Context, mode: str) -> Iterator[Proposal]:
         for pose in in_room(ctx, rng, margin):
             yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, open_end=True)]
     else:
-        for _, _, pose in along_walls(ctx, table, rng, "any", 0.03, turn=QUARTER):
+        for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M, turn=QUARTER):
             chairs = chairs_round(ctx, table, chair, pose, rng, open_end=pick(rng, (True, False)), closed=WALL_END)
             yield [Item(table, pose), *chairs]
     if ctx.fit == 0.0:
@@ -44,15 +49,15 @@ def cramped(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) 
     """For small rooms, by turns: a table with a side at a wall, with an end there, in the room; two or four chairs."""
 
     def before() -> Iterator[Proposal]:
-        for _, _, pose in along_walls(ctx, table, rng, "any", 0.03):
+        for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M):
             yield [Item(table, pose), *chairs_before(table, chair, pose, rng)]
 
     def at_end() -> Iterator[Proposal]:
-        for _, _, pose in along_walls(ctx, table, rng, "any", 0.03, turn=QUARTER):
+        for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M, turn=QUARTER):
             yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, False, WALL_END)[:4]]
 
     def free() -> Iterator[Proposal]:
-        for pose in in_room(ctx, rng, min(table.width, table.depth) / 2 + 0.1):
+        for pose in in_room(ctx, rng, min(table.width, table.depth) / 2 + AROUND_M):
             yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, False)[:2]]
 
     for turn in zip_longest(before(), at_end(), free()):
@@ -71,8 +76,8 @@ def chairs_round(
             gap += TURNED_GAP_M
             turn = jitter(rng, ctx.config.turned_chair_deg)
         else:
-            gap += 0.015
-            turn = jitter(rng, 3.0)
+            gap += STRAIGHT_GAP_M
+            turn = jitter(rng, STRAIGHT_DEG)
         # The front (-y) of a chair looks at the table; back off along it.
         off_x, off_y = -math.sin(yaw) * gap, math.cos(yaw) * gap
         items.append(Item(chair, pose.then(x + off_x, y + off_y, yaw + turn), optional=i >= 2))
@@ -99,13 +104,13 @@ def _long_places(table: Piece, chair: Piece, open_end: bool, closed: int) -> lis
 
 def side_places(table: Piece) -> list[float]:
     """Where (x) the seats are along one long side of a table."""
-    count = max(1, int((table.width - 0.08) / SEAT_PITCH_M))
+    count = max(1, int((table.width - 2 * CORNER_M) / SEAT_PITCH_M))
     return [(i + 0.5) * table.width / count - table.width / 2 for i in range(count)]
 
 
 def _round_places(table: Piece, chair: Piece, rng: np.random.Generator) -> list[tuple[float, float, float]]:
     """Seats around a round table, the first two opposite each other."""
-    count = 4 if table.width > 0.98 else pick(rng, (2, 3))
+    count = 4 if table.width > FOUR_ROUND_M else pick(rng, (2, 3))
     radius = table.width / 2 + chair.depth / 2
     order = (0, 2, 1, 3) if count == 4 else tuple(range(count))
     angles = [2 * math.pi * k / count for k in order]
@@ -115,14 +120,14 @@ def _round_places(table: Piece, chair: Piece, rng: np.random.Generator) -> list[
 def chairs_before(table: Piece, chair: Piece, pose: Pose, rng: np.random.Generator) -> list[Item]:
     """Chairs along the side of a table whose other side is at a wall; the first must fit."""
     y = -(table.depth / 2 + chair.depth / 2 + SEAT_GAP_M[1])
-    seats = [pose.then(x, y, HALF_TURN + jitter(rng, 4.0)) for x in side_places(table)]
+    seats = [pose.then(x, y, HALF_TURN + jitter(rng, STRAIGHT_DEG)) for x in side_places(table)]
     return [Item(chair, seat, optional=i > 0) for i, seat in enumerate(seats)]
 
 
 def _with_bench(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) -> Iterator[Proposal]:
     """Bench with its back to a wall, table before it, chairs on the other long side."""
     bench = ctx.piece("bench")
-    out = bench.depth / 2 + table.depth / 2 + 0.04
-    for _, _, pose in along_walls(ctx, bench, rng, "middle", 0.05, half_m=max(bench.width, table.width) / 2):
+    out = bench.depth / 2 + table.depth / 2 + BENCH_GAP_M
+    for _, _, pose in along_walls(ctx, bench, rng, "middle", WALL_M, half_m=max(bench.width, table.width) / 2):
         at = pose.then(0.0, -out)
         yield [Item(bench, pose), Item(table, at), *chairs_before(table, chair, at, rng)]

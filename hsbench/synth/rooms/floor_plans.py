@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from hsbench.schema.scene import Room
-from hsbench.synth.rooms.config import PROGRAMMES, HomeConfig, RoomConfig, Weights
+from hsbench.synth.rooms.config import HomeConfig, RoomConfig, Weights
 from hsbench.synth.rooms.plan import FloorPlan
 from hsbench.synth.rooms.plan_homes import draw_sketch
 from hsbench.synth.rooms.plan_openings import OpeningPlanner
 from hsbench.synth.rooms.plan_shapes import CM, draw_shape, draw_size
 from hsbench.synth.rooms.regions import MM_PER_M, Rect, outline_of
-from hsbench.synth.rooms.room_kinds import ROOM_KINDS, Range
+from hsbench.synth.rooms.room_kinds import PROGRAMMES, ROOM_KINDS, Range
 from hsbench.synth.seeds import Seeds
 from hsbench.typing import FloatArray, IntArray
 

@@ -56,7 +56,7 @@ def furnish(
 ) -> Layout:
     """A furnished room. structure: the objects that bound it, scene frame. What does not fit is left out."""
     template = TEMPLATES[template_name]
-    small = min(1.0, _area(shell) / USUAL_M2)
+    small = min(1.0, shell.area_m2 / USUAL_M2)
     least = round(config.furniture[0] * small)
     layout = Layout(shell, structure, replace(config, furniture=(least, config.furniture[1])))
     rng = seeds.rng("programme")
@@ -136,8 +136,3 @@ def _fill_up(layout: Layout, style: Style, seeds: Seeds, fillers: Sequence[str])
 def _one_of(rng: np.random.Generator, names: str) -> str:
     options = names.split("|")
     return options[int(rng.integers(len(options)))]
-
-
-def _area(shell: Shell) -> float:
-    w, d, _ = shell.size_m
-    return w * d - sum(float(np.prod(r.max(axis=0) - r.min(axis=0))) for r in shell.outside)

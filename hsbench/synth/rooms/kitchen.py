@@ -8,7 +8,7 @@ cabinets over the worktops.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from hsbench.synth.furniture.kitchen import kitchen_counter_of, wall_cabinet_of
 from hsbench.synth.furniture.pieces import draw
 from hsbench.synth.rooms.placing import APART_M, Item, Piece
 from hsbench.synth.rooms.poses import QUARTER, WALL_GAP_M, Context, Proposal, along_walls, at_wall
-from hsbench.synth.rooms.search import across_m, standing, stretches, together, top_m
+from hsbench.synth.rooms.search import HANG_GAP_M, across_m, standing, stretches, together, top_m
 from hsbench.synth.rooms.shell import Wall
 
 Stretch = tuple[Wall, float, float]
@@ -29,11 +29,14 @@ BETWEEN_M = 0.8  # worktop between sink and hob that is enough
 LEAST_COUNTER_M = 0.3
 DISHWASHER_FROM_M = 0.9  # spare length from which a dishwasher joins the line
 RUN_M = (2.8, 4.2)  # wanted length of a line
-BLIND_M = 0.65  # of a corner unit behind the other run
+COOK_RUN_M = (1.2, 2.2)  # of the run with the hob, where the line is on two walls
+BLIND_M = 0.66  # counter in a corner, behind the other run: nothing of it opens
+OPENED_ROLES = ("door", "drawer", "handle")
 KITCHENETTE_M = 1.2  # one counter with sink and hob
 AISLE_M = (0.95, 1.2)  # between counter and island
 GALLEY_M = (0.9, 1.7)  # way between two runs
 STOOL_PITCH_M, STOOL_GAP_M = 0.6, 0.05
+STRETCH_CHANCE_M = 1.5  # a stretch may come before one that is longer by this
 STOVE_SHARE = 0.5  # of kitchens with a free-standing cooker instead of a hob in the counter
 HALF_TURN = 2 * QUARTER
 
@@ -47,7 +50,7 @@ def kitchen(ctx: Context, mode: str) -> Iterator[Proposal]:
     rng = ctx.rng("kitchen")
     units = _Units(ctx, rng)
     free = stretches(ctx, "kitchen_counter", units.depth, units.height)
-    order = [1.0 - 0.3 * (high - low) + 0.5 * rng.random() for _, low, high in free]
+    order = [STRETCH_CHANCE_M * rng.random() - (high - low) for _, low, high in free]  # the longest first, by and large
     free = [free[int(i)] for i in np.argsort(order, kind="stable")]
     if mode == "corner":
         yield from _corners(units, free)
@@ -74,6 +77,8 @@ class _Units:
         self.dishwasher = ctx.piece("dishwasher")
         self.sink = self.counter(draw(rng, SINK_M, ctx.fit), sink=True)
         self.cook = ctx.piece("stove") if rng.random() < STOVE_SHARE else self.counter(HOB_M, hob=True)
+        fixed = (p for p in self.counter(BLIND_M).parts if p.role not in OPENED_ROLES)
+        self.blind = Piece("kitchen_counter", tuple(fixed))
         self.depth, self.height = self.sink.depth, top_m(self.sink)
 
     def counter(self, width_m: float, sink: bool = False, hob: bool = False) -> Piece:
@@ -133,14 +138,14 @@ class _Units:
         return items
 
     def dressed(self, line: Sequence[Item]) -> list[Item]:
-        """A line with what hangs above it: the hood over the place to cook, cabinets over the rest but the fridge."""
+        """A line with what hangs above it: a hood over the place to cook, cabinets over all but fridge and corner."""
         hung = []
         for item in line:
             piece = item.piece
-            if piece.category_name == "fridge":
+            if piece.category_name == "fridge" or piece is self.blind:
                 continue
             above = self.hood if piece is self.cook else self.cabinet(_down(piece.width))
-            pose = item.pose.then(0.0, (piece.depth - above.depth) / 2)
+            pose = item.pose.then(0.0, (piece.depth - above.depth) / 2 + WALL_GAP_M - HANG_GAP_M)
             hung.append(Item(above, pose, optional=above is not self.hood or self.ctx.fit == 0.0))
         return [*line, *hung]
 
@@ -164,55 +169,44 @@ def _runs(units: _Units, free: Sequence[Stretch]) -> Iterator[tuple[Wall, list[I
 
 def _corners(units: _Units, free: Sequence[Stretch]) -> Iterator[Proposal]:
     """Two runs that meet in a corner: sink and fridge along one wall, the place to cook along the other."""
-    wall_of = {id(s[0]): s for s in free}
     walls = units.ctx.layout.shell.walls
     for wall, after in pairwise((*walls, walls[0])):
-        first, second = wall_of.get(id(wall)), wall_of.get(id(after))
-        convex = wall.along[0] * after.along[1] - wall.along[1] * after.along[0] > 0
-        if first is None or second is None or not convex:
-            continue
-        if first[2] < wall.length_m - 2 * WALL_GAP_M or second[1] > 2 * WALL_GAP_M:
-            continue
-        for a, b, high in ((first, second, True), (second, first, False)):
-            yield from _corner(units, a, b, high)
+        first = next((s for s in free if s[0] is wall and s[2] > wall.length_m - 2 * WALL_GAP_M), None)
+        second = next((s for s in free if s[0] is after and s[1] < 2 * WALL_GAP_M), None)
+        if first is not None and second is not None and wall.inward @ after.along > 0:
+            yield from _corner(units, first, second, True)
+            yield from _corner(units, second, first, False)
 
 
 def _corner(units: _Units, long: Stretch, short: Stretch, from_high: bool) -> Iterator[Proposal]:
     """One corner: ``long`` has its corner at its high end or at its low one, ``short`` at the other."""
-    blind = units.counter(BLIND_M + 0.05)
-    wish = max(draw(units.rng, RUN_M, units.ctx.fit), 2.0)
-    line = [blind, units.sink]
-    spare = min(wish, long[2] - long[1]) - units.length([*line, units.fridge])
-    if spare >= units.dishwasher.width + UNIT_GAP_M:
-        line.append(units.dishwasher)
-    line.append(units.fridge)
+    length = long[2] - long[1]
+    line = [units.blind, units.sink, units.fridge]
+    wish = min(length, draw(units.rng, RUN_M, units.ctx.fit))
+    if units.length([*line, units.dishwasher]) <= wish:
+        line.insert(2, units.dishwasher)
     off = WALL_GAP_M + units.depth + UNIT_GAP_M
     wall, low, high = short
-    rest = (wall, low, high - off) if not from_high else (wall, low + off, high)
-    room = min(rest[2] - rest[1], draw(units.rng, (1.2, 2.0)))
-    if units.length(line) > long[2] - long[1] or room < units.width(units.cook):
-        return
-    cooking = units.worktops(room - units.width(units.cook), before=units.cook)
-    yield units.dressed([*units.laid(long, line, from_high), *units.laid(rest, cooking, not from_high)])
+    rest = (wall, low + off, high) if from_high else (wall, low, high - off)
+    spare = min(rest[2] - rest[1], draw(units.rng, COOK_RUN_M)) - units.width(units.cook)
+    if units.length(line) <= length and spare >= 0:
+        cooking = units.worktops(spare, before=units.cook)
+        yield units.dressed([*units.laid(long, line, from_high), *units.laid(rest, cooking, not from_high)])
 
 
 def _galleys(units: _Units, free: Sequence[Stretch]) -> Iterator[Proposal]:
     """Fridge and sink along one wall, the place to cook along the wall across."""
     bodies = 2 * (units.depth + WALL_GAP_M)
-    for first in free:
-        for second in free:
-            wall, across = first[0], second[0]
-            middle = (second[1] + second[2]) / 2
-            way = across_m(units.ctx.layout.shell, across, middle) - bodies
-            if wall.inward @ across.inward > -0.5 or not GALLEY_M[0] <= way <= GALLEY_M[1]:
-                continue
-            one = [units.fridge, units.sink, units.dishwasher]
-            spare = min(second[2] - second[1], draw(units.rng, (1.4, 2.2))) - units.width(units.cook)
-            if units.length(one) <= first[2] - first[1] and spare >= 0:
-                other = units.worktops(spare, before=units.cook)
-                for from_high in (True, False):
-                    runs = units.laid(first, one, from_high), units.laid(second, other, not from_high)
-                    yield units.dressed([*runs[0], *runs[1]])
+    line = [units.fridge, units.sink, units.dishwasher]
+    for first, second in product(free, free):
+        way = across_m(units.ctx.layout.shell, second[0], (second[1] + second[2]) / 2) - bodies
+        if first[0].inward @ second[0].inward > -0.5 or not GALLEY_M[0] <= way <= GALLEY_M[1]:
+            continue
+        spare = min(second[2] - second[1], draw(units.rng, COOK_RUN_M)) - units.width(units.cook)
+        if units.length(line) <= first[2] - first[1] and spare >= 0:
+            cooking = units.worktops(spare, before=units.cook)
+            for from_high in (True, False):
+                yield units.dressed([*units.laid(first, line, from_high), *units.laid(second, cooking, not from_high)])
 
 
 def _islands(units: _Units, free: Sequence[Stretch], aisle_m: float) -> Iterator[Proposal]:

@@ -25,17 +25,23 @@ from hsbench.synth.rooms.search import across_m, fits, top_m
 TABLE_GAP_M = (0.55, 0.64)  # sofa to coffee table: a person passes
 TV_BACK_M = 0.05  # television to the rear edge of its stand
 PASS_M = 0.6  # least way between coffee table and television
-VIEW_M = (1.5, 3.3)  # television to sofa front
+VIEW_M, VIEW_STEP_M = (1.5, 3.3), 0.2  # television to the front of a sofa that stands free
+FARTHEST_M = 3.8  # television to the front of a sofa at the opposite wall
+FREE_SHARE = 0.5  # of sofas in rooms where both would do
 BEHIND_M = 0.75  # least way behind a sofa that divides the room
 BESIDE_SOFA_M, BESIDE_TABLE_M = 0.12, 0.72  # least space between an armchair and these, sideways
 NEARER_TV_M, ARMCHAIR_TO_TV = 0.35, 0.3  # armchairs stand ahead of the coffee table, turned (radians) to the television
 SECOND_ARMCHAIR_SHARE = 0.4
 FOOT_REST_SHARE, FOOT_REST_M = 0.3, 0.35  # and the way between armchair and foot rest
 PIANO_STOOL_M = 0.08
+BESIDE_SEAT_M = 0.05  # a seat to the lamp or table beside it
+SMALL_TABLE_M = 0.1  # rear edge of a seat to that of the small table beside it
+BEHIND_CHAIR_M, BEHIND_SOFAS_M = 0.1, 0.1  # to the wall
 RUG_SHARE = 0.75
 BEHIND_SHARE = 0.5  # of sofas that stand free: a low sideboard behind, back to back
 BACKS_GAP_M = 0.03
 DEEPEST_RUG_M = 1.7
+RUG_GAP_M, TO_STAND_M = 0.03, 0.25  # sofa to rug, rug to television stand
 RUG_AROUND_M = 0.5  # a rug is at least so much wider and deeper than the coffee table on it
 HALF_TURN = 2 * QUARTER
 
@@ -45,43 +51,45 @@ def media(ctx: Context, mode: str) -> Iterator[Proposal]:
     rng = ctx.rng("media")
     stand, sofa, table = (ctx.piece(name) for name in ("tv_stand", "sofa", "coffee_table"))
     gap = draw(rng, TABLE_GAP_M)
-    side = pick(rng, (-1, 1))
-    with_rug = rng.random() < RUG_SHARE
-    backed = rng.random() < BEHIND_SHARE
+    rugged, backed = rng.random() < RUG_SHARE, rng.random() < BEHIND_SHARE
     for wall, along, pose in along_walls(ctx, stand, rng, "middle"):
         if not fits(ctx, stand, pose):
             continue
         to_wall = across_m(ctx.layout.shell, wall, along) - stand.depth - sofa.depth - 2 * WALL_GAP_M
         for view in _views(mode, to_wall, gap + table.depth + PASS_M, rng):
-            sofa_y = -(stand.depth / 2 + view + sofa.depth / 2)
-            if not fits(ctx, sofa, pose.then(0.0, sofa_y, HALF_TURN)):
-                continue
-            front = sofa_y + sofa.depth / 2
-            table_y = front + gap + table.depth / 2
-            items = [
-                Item(stand, pose),
-                television_on(ctx, stand, pose),
-                Item(sofa, pose.then(0.0, sofa_y, HALF_TURN)),
-            ]
-            rug_z = 0.0
-            if with_rug and view > gap + table.depth + RUG_AROUND_M:
-                under = _rug_under(ctx, table, sofa.width, view - 0.25)
-                items.append(Item(under, pose.then(0.0, front + 0.03 + under.depth / 2)))
-                rug_z = under.height
-            items.append(Item(table, pose.then(0.0, table_y, 0.0, rug_z)))
-            chair = ctx.piece("armchair")
-            for s in (side, -side)[: 1 + int(rng.random() < SECOND_ARMCHAIR_SHARE)]:
-                x = s * (max(sofa.width / 2 + BESIDE_SOFA_M, table.width / 2 + BESIDE_TABLE_M) + chair.depth / 2)
-                turn = HALF_TURN - s * (QUARTER - ARMCHAIR_TO_TV) + jitter(rng, ctx.config.armchair_yaw_deg)
-                items.append(Item(chair, pose.then(x, table_y + NEARER_TV_M, turn), optional=True))
-            items += _beside(ctx, pose.then(0.0, sofa_y, HALF_TURN), sofa, -side)
-            if backed and view < to_wall - BEHIND_M:
-                low = ctx.piece("sideboard", "-behind", fit=0.0)
-                y = sofa_y - sofa.depth / 2 - low.depth / 2 - BACKS_GAP_M
-                items.append(Item(low, pose.then(0.0, y), optional=True))
-            yield items
+            at = pose.then(0.0, -(stand.depth / 2 + view + sofa.depth / 2), HALF_TURN)
+            if fits(ctx, sofa, at):
+                rug_m = view - TO_STAND_M if rugged and view > gap + table.depth + RUG_AROUND_M else None
+                items = _seating(ctx, sofa, table, at, gap, rug_m, rng)
+                if backed and view < to_wall - BEHIND_M:
+                    low = ctx.piece("sideboard", "-behind", fit=0.0)
+                    y = sofa.depth / 2 + BACKS_GAP_M + low.depth / 2
+                    items.append(Item(low, at.then(0.0, y, HALF_TURN), optional=True))
+                yield [Item(stand, pose), television_on(ctx, stand, pose), *items]
     if ctx.fit == 0.0:
         yield from _seat_and_table(ctx, sofa, table, gap, rng)
+
+
+def _seating(
+    ctx: Context, sofa: Piece, table: Piece, at: Pose, gap: float, rug_m: float | None, rng: np.random.Generator
+) -> list[Item]:
+    """A sofa at a pose, a coffee table before it, on a rug of some depth or none, armchairs, lamp and side table."""
+    front = -sofa.depth / 2
+    table_y = front - gap - table.depth / 2
+    items = [Item(sofa, at)]
+    rug_z = 0.0
+    if rug_m is not None:
+        under = _rug_under(ctx, table, sofa.width, rug_m)
+        items.append(Item(under, at.then(0.0, front - RUG_GAP_M - under.depth / 2)))
+        rug_z = under.height
+    items.append(Item(table, at.then(0.0, table_y, 0.0, rug_z)))
+    chair = ctx.piece("armchair")
+    x = max(sofa.width / 2 + BESIDE_SOFA_M, table.width / 2 + BESIDE_TABLE_M) + chair.depth / 2
+    side = pick(rng, (-1, 1))
+    for s in (side, -side)[: 1 + int(rng.random() < SECOND_ARMCHAIR_SHARE)]:
+        turn = -s * (QUARTER - ARMCHAIR_TO_TV) + jitter(rng, ctx.config.armchair_yaw_deg)
+        items.append(Item(chair, at.then(s * x, table_y - NEARER_TV_M, turn), optional=True))
+    return [*items, *_beside(ctx, at, sofa, side)]
 
 
 def television_on(ctx: Context, stand: Piece, pose: Pose) -> Item:
@@ -103,11 +111,11 @@ def _seat_and_table(
 def _views(mode: str, to_wall: float, least: float, rng: np.random.Generator) -> list[float]:
     """Distances from television stand to sofa front to try, best first."""
     low, high = max(VIEW_M[0], least), VIEW_M[1]
-    free = [v for v in np.arange(low, high, 0.2).tolist() if v <= to_wall - BEHIND_M]
-    backed = [to_wall] if low <= to_wall <= high + 0.5 else []
+    free = [v for v in np.arange(low, high, VIEW_STEP_M).tolist() if v <= to_wall - BEHIND_M]
+    backed = [to_wall] if low <= to_wall <= FARTHEST_M else []
     if mode == "free":
         return free[::-1][:4] + backed
-    if mode == "any" and rng.random() < 0.5:
+    if mode == "any" and rng.random() < FREE_SHARE:
         return free[:3] + backed
     return backed + free[:2]
 
@@ -128,11 +136,12 @@ def _rug_under(ctx: Context, table: Piece, width_m: float, depth_m: float) -> Pi
 def _beside(ctx: Context, sofa_pose: Pose, sofa: Piece, side: int) -> list[Item]:
     """Lamp on one side of a seat and a side table on the other, where there is space."""
     lamp, small = ctx.piece("floor_lamp"), ctx.piece("side_table")
-    y = sofa.depth / 2
-    lamp_x, small_x = side * (sofa.width / 2 + lamp.width / 2 + 0.06), -side * (sofa.width / 2 + small.width / 2 + 0.05)
+    y, out = sofa.depth / 2, sofa.width / 2 + BESIDE_SEAT_M
     return [
-        Item(lamp, sofa_pose.then(lamp_x, y - lamp.depth / 2), optional=True),
-        Item(small, sofa_pose.then(small_x, y - small.depth / 2 - 0.1), optional=True),
+        Item(lamp, sofa_pose.then(side * (out + lamp.width / 2), y - lamp.depth / 2), optional=True),
+        Item(
+            small, sofa_pose.then(-side * (out + small.width / 2), y - small.depth / 2 - SMALL_TABLE_M), optional=True
+        ),
     ]
 
 
@@ -143,8 +152,8 @@ def facing_sofas(ctx: Context, mode: str) -> Iterator[Proposal]:
     gap = draw(rng, TABLE_GAP_M)
     apart = table.depth / 2 + gap + sofa.depth / 2
     half = apart + sofa.depth / 2
-    under = _rug_under(ctx, table, sofa.width, 2 * (apart - sofa.depth / 2) - 0.1)
-    for pose in in_room(ctx, rng, min(half, sofa.width / 2) + 0.1):
+    under = _rug_under(ctx, table, sofa.width, 2 * (apart - sofa.depth / 2 - RUG_GAP_M))
+    for pose in in_room(ctx, rng, min(half, sofa.width / 2) + BEHIND_SOFAS_M):
         yield [
             Item(under, pose),
             Item(table, pose.then(0.0, 0.0, 0.0, under.height)),
@@ -165,21 +174,23 @@ def reading(ctx: Context, mode: str) -> Iterator[Proposal]:
 
     def with_company(pose: Pose) -> Proposal:
         lamp, small = ctx.piece("floor_lamp"), ctx.piece("side_table")
-        x = chair.width / 2
+        out = chair.width / 2 + BESIDE_SEAT_M
         items = [
             Item(chair, pose),
-            Item(lamp, pose.then(side * (x + lamp.width / 2 + 0.04), chair.depth / 2 - 0.12), optional=True),
-            Item(small, pose.then(-side * (x + small.width / 2 + 0.05), 0.0), optional=True),
+            Item(lamp, pose.then(side * (out + lamp.width / 2), chair.depth / 2 - SMALL_TABLE_M), optional=True),
+            Item(small, pose.then(-side * (out + small.width / 2), 0.0), optional=True),
         ]
         if rested:
             rest = ctx.piece("ottoman", fit=0.0)
             items.append(Item(rest, pose.then(0.0, -(chair.depth + rest.depth) / 2 - FOOT_REST_M), optional=True))
         return items
 
-    corners = (p.then(0.0, 0.0, jitter(rng, ctx.config.armchair_yaw_deg)) for p in in_corners(ctx, chair, rng, 0.02))
+    corners = (
+        p.then(0.0, 0.0, jitter(rng, ctx.config.armchair_yaw_deg)) for p in in_corners(ctx, chair, rng, WALL_GAP_M)
+    )
     walls = (
         p.then(0.0, 0.0, jitter(rng, ctx.config.armchair_yaw_deg / 2))
-        for _, _, p in along_walls(ctx, chair, rng, "any", 0.1)
+        for _, _, p in along_walls(ctx, chair, rng, "any", BEHIND_CHAIR_M)
     )
     yield from (with_company(pose) for pose in chain(corners, walls) if fits(ctx, chair, pose))
 

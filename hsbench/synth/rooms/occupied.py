@@ -93,10 +93,10 @@ def _holds(outside: FloatArray, width: float, depth: float, corners: FloatArray,
         x, y = corners[k, 0], corners[k, 1]
         if x < margin or y < margin or x > width - margin or y > depth - margin:
             return False
+    crosses = False
     for k in range(len(outside)):
-        if meet(outside[k], 0.0, 1.0, corners, 0.0, 1.0, margin):
-            return False
-    return True
+        crosses = crosses or meet(outside[k], 0.0, 1.0, corners, 0.0, 1.0, margin)
+    return not crosses
 
 
 @numba.njit(cache=True)
@@ -115,10 +115,10 @@ def _meet_taken(
 
 @numba.njit(cache=True)
 def _meet_any(prisms: FloatArray, z: FloatArray, b: FloatArray, low: float, high: float) -> bool:
+    found = False
     for k in range(len(prisms)):
-        if meet(prisms[k], z[k, 0], z[k, 1], b, low, high, 0.0):
-            return True
-    return False
+        found = found or meet(prisms[k], z[k, 0], z[k, 1], b, low, high, 0.0)
+    return found
 
 
 @numba.njit(cache=True)

@@ -21,6 +21,7 @@ SIDE_GAP_M = 0.03  # between the side of a desk and a wall
 AROUND_M = 0.4  # free round a block in the middle of a room, at least
 LEGS_M = (0.15, 0.55)  # heights between which knees and shins need space
 KNEE_DEPTH_M = 0.35  # of the front of a desk, where it needs to be free
+HAND_M = 0.36  # front of a desk to what one who sits there touches
 EDGE_M = 0.06  # what stands on a desk keeps this far from its edge
 LAPTOP_SHARE, LAMP_SHARE, SHELF_SHARE = 0.3, 0.35, 0.4
 FREE_PAIR_SHARE = 0.4  # of pairs that stand free rather than with a side at a wall
@@ -87,8 +88,10 @@ class WorkPlace:
         return items
 
     def _on_top(self, tool: Piece, pose: Pose, x: float, way: int, optional: bool) -> Item:
-        """Something on the top, at its back (``way`` 1) or at its front (-1)."""
-        y = way * (self.desk.depth / 2 - tool.depth / 2 - EDGE_M)
+        """Something on the top, as far back as a hand reaches (``way`` 1) or at its front (-1)."""
+        half = self.desk.depth / 2
+        y = way * (half - tool.depth / 2 - EDGE_M)
+        y = min(y, -half + HAND_M + tool.depth / 2)
         return Item(tool, pose.then(x, y, 0.0, top_m(self.desk)), optional)
 
 

@@ -7,7 +7,7 @@ and after which the room still keeps every promise: seats and handles reached, f
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.numerics import LENGTH_DECIMALS, quantise_angle, quantise_m
-from hsbench.geometry.transforms import apply, cos_sin, planar
+from hsbench.geometry.transforms import cos_sin, planar
 from hsbench.schema.categories import category
 from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, OPENING_ROLES, SITTING_M, SITTING_ROLES
@@ -33,7 +33,7 @@ from hsbench.truth.walkable import (
     shadows,
     walk_map,
 )
-from hsbench.typing import BoolArray, FloatArray, IntArray
+from hsbench.typing import BoolArray, FloatArray
 
 APART_M = 0.005  # bodies of two objects keep this far from each other
 ON_FLOOR_M = 0.05  # what begins below this height stands on the floor and meets the skirting
@@ -266,28 +266,21 @@ class Layout:
         self._pack()
 
     def place(self, proposals: Iterable[Sequence[Item]]) -> list[Item]:
-        """Put the first acceptable arrangement into the room; returns its items, none if no arrangement fits."""
-        return next(self.arrangements(proposals), [])
+        """Put the first acceptable arrangement into the room; returns its items, none if no arrangement fits.
 
-    def arrangements(self, proposals: Iterable[Sequence[Item]]) -> Iterator[list[Item]]:
-        """Acceptable arrangements, each put into the room in the place of the one before; the room is left with the last.
-
-        Gives up after ``MAX_TRIED`` arrangements in a row that hit nothing but would break a promise.
+        Gives up after ``MAX_TRIED`` arrangements that hit nothing but would break a promise.
         """
-        before = self.mark()
         tried = 0
         for proposal in proposals:
             kept = self._fitting(proposal)
             if not kept:
                 continue
             if self._take(kept):
-                yield kept
-                self.back_to(before)
-                tried = 0
-            else:
-                tried += 1
-                if tried >= MAX_TRIED:
-                    return
+                return kept
+            tried += 1
+            if tried >= MAX_TRIED:
+                break
+        return []
 
     def free_of(self, item: Item, others: Sequence[Item]) -> bool:
         """Whether an item is inside the room and hits no body, no zone and no opening's keep-out."""

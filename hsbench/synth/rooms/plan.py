@@ -1,4 +1,4 @@
-"""A floor plan: rooms, the openings between them and to the outside, thicknesses and height. Drawn before any furniture.
+"""A floor plan: rooms, the openings between them and to the outside, thicknesses and height; no furniture.
 
 Scene frame: the smallest x and y of all rooms are 0, walls along x and y, floor z = 0. Lengths are whole centimetres.
 """
@@ -24,9 +24,9 @@ class PlanOpening:
     """A hole in a wall, seen from the room in front of it: the one that a leaf swings into.
 
     kind: ``door``, ``passage`` or ``window``. front, back: numbers of the rooms on its sides, back may be ``OUTSIDE``.
-    wall: number of the wall in front; middle_m: along it. low_m, high_m: lower and upper edge. thickness_m: of the wall.
-    hinge: the sign of x, in the frame of the door object, of the side where the leaf hangs. open_rad: how far it stands
-    open, 0 for a closed door.
+    wall: number of the wall in front. middle_m: along it. low_m, high_m: lower and upper edge. thickness_m: of the
+    wall. hinge: the sign of x, in the frame of the door object, of the side where the leaf hangs. open_rad: how far it
+    stands open, 0 for a closed door.
     """
 
     kind: str
@@ -103,4 +103,3 @@ class FloorPlan:
             elif hole.back == room:
                 holes.append(Opening(hole.kind, *self.behind(hole), *size))
         return Shell(outline, self.height_m, tuple(holes), np.asarray(origin))
-

@@ -42,6 +42,9 @@ WING_SHARE, LOBBY_SHARE, HEAD_SHARE, END_SHARE = 0.6, 0.3, 0.5, 0.7
 HALL_MM, HALL_MORE = (1300, 1700), 1.1  # beside the bathroom of a studio; floor that it adds to the living room
 LONGEST_BATH_MM, STUDIO_RATIO = 3000, (1.2, 1.8)
 GENEROUS = (0.0, 0.55)  # how far into the usual range of areas a home's rooms are
+ROOMS_DIFFER = (0.6, 1.4)  # one room of a home may be more generous than another
+BAND_DEPTH = (0.85, 1.1)  # against the side of a square of the area of its largest room
+CORRIDOR_COST = 0.3  # a corridor's size matters less than that of a room
 
 
 @dataclass(frozen=True)
@@ -65,11 +68,11 @@ class _Band:
 
 def draw_sketch(rng: np.random.Generator, types: Sequence[str], inner_mm: int, shaft_share: float) -> Sketch:
     """The rooms of a home, the first of which holds the entrance: a corridor, or in a studio the living room."""
-    generous = GENEROUS[0] + (GENEROUS[1] - GENEROUS[0]) * rng.random()
+    generous = rng.uniform(*GENEROUS)
     areas = []
     for kind in types:
         low, high = ROOM_KINDS[kind].area_m2
-        areas.append(low + (high - low) * min(1.0, generous * (0.6 + 0.8 * rng.random())))
+        areas.append(low + (high - low) * min(1.0, generous * rng.uniform(*ROOMS_DIFFER)))
     if types[0] == "corridor":
         drawn = [_arranged(rng, tuple(types), areas, inner_mm) for _ in range(DRAWN)]
         best = min(drawn, key=lambda sketch: sketch.cost)
@@ -116,7 +119,7 @@ def _band(rng: np.random.Generator, rooms: list[int], types: tuple[str, ...], ar
     if not rooms:
         return _Band(rooms, 0)
     largest = max(rooms, key=lambda i: areas[i])
-    side = math.sqrt(areas[largest]) * 1000 * rng.uniform(0.85, 1.1)
+    side = math.sqrt(areas[largest]) * 1000 * rng.uniform(*BAND_DEPTH)
     least = max(1000 * ROOM_KINDS[types[i]].side_m for i in rooms)
     depth = _cm(min(DEEPEST_MM, max(least, side)))
     widths = [max(_cm(1000 * ROOM_KINDS[types[i]].side_m), _cm(areas[i] * 1e6 / depth)) for i in rooms]
@@ -142,7 +145,7 @@ def _shorten(
     rng: np.random.Generator, types: tuple[str, ...], rects: list[list[Rect]], bands: tuple[_Band, _Band],
     corridor: tuple[int, int], length: int, wall: int,
 ) -> int:  # fmt: skip
-    """Where the corridor ends; what lies beyond goes to the last room of one band, which then reaches around its end."""
+    """Where the corridor ends; what lies beyond goes to the last room of one band, which reaches around its end."""
     ends = [band.rooms[-1] for band in bands if band.rooms]
     hosts = [i for i in ends if types[i] in HOSTS]
     if not hosts:
@@ -155,7 +158,7 @@ def _shorten(
     if high < low:
         return length
     end = _cm(low + (high - low) * rng.random() ** 2)
-    x0, y0, x1, y1 = rects[host][0]
+    x0, y0, _, y1 = rects[host][0]
     if low <= x0 - wall < end < x0 - wall + LEAST_JOG_MM:
         end = x0 - wall
     wing = (end + wall, corridor[0] - wall if y1 < corridor[0] else corridor[0], length,
@@ -167,7 +170,7 @@ def _shorten(
 def _wing(
     rng: np.random.Generator, types: tuple[str, ...], rects: list[list[Rect]], band: _Band, is_top: bool, wall: int
 ) -> None:
-    """Where a bathroom is deep, leave a part of its slot to the room beside it, which becomes an L, or to the corridor."""
+    """Where a bathroom is deep, leave a part of its slot to the room beside it, which becomes an L, or to the hall."""
     for k, room in enumerate(band.rooms):
         depth = _cm(rng.uniform(*BATH_MM))
         over = band.depth - depth - wall
@@ -208,7 +211,7 @@ def _cost(types: tuple[str, ...], rects: list[list[Rect]], areas: list[float]) -
         size = sum((x1 - x0) * (y1 - y0) for x0, y0, x1, y1 in own) / 1e6
         x0, y0, x1, y1 = own[0]
         ratio = max(x1 - x0, y1 - y0) / min(x1 - x0, y1 - y0)
-        cost += (0.3 if kind == "corridor" else 1.0) * math.log(size / area) ** 2
+        cost += (CORRIDOR_COST if kind == "corridor" else 1.0) * math.log(size / area) ** 2
         cost += max(0.0, ratio / ROOM_KINDS[kind].slender - 1.0) ** 2 * SLENDER_COST
     return round(cost, 9)  # the last bits of a logarithm decide nothing
 
@@ -223,9 +226,7 @@ def _with_shafts(rng: np.random.Generator, sketch: Sketch, share: float) -> Sket
         if kind in ("corridor", "bathroom") or size < SHAFT_ROOM_M2 or len(own) > 1 or rng.random() >= share:
             continue
         deep, wide = (_cm(rng.uniform(*sizes)) for sizes in SHAFT_MM)
-        corners = [
-            (x, y, x + wide, y + deep) for x in (x0, x1 - wide) for y in (y0, y1 - deep)
-        ]  # fmt: skip
+        corners = [(x, y, x + wide, y + deep) for x in (x0, x1 - wide) for y in (y0, y1 - deep)]
         free = [c for c in corners if all(_gap(c, r) > CONTACT_MM for r in sketch.rects[0])]
         if free:
             cuts[-1] = (free[int(rng.integers(len(free)))],)

@@ -17,7 +17,7 @@ from hsbench.geometry.numerics import quantise_angle
 from hsbench.geometry.polygons import contains
 from hsbench.schema.scene import Room
 from hsbench.synth.rooms.plan import OUTSIDE, PlanOpening
-from hsbench.synth.rooms.room_kinds import ROOM_KINDS, Windows
+from hsbench.synth.rooms.room_kinds import ROOM_KINDS, Range, Windows
 from hsbench.synth.rooms.shell import Opening, Wall, rectangles, walls_of
 from hsbench.typing import FloatArray
 
@@ -28,7 +28,10 @@ ENTRANCE_M, DOOR_M = (0.98, 1.04), (0.9, 0.96)  # widths of openings, with the f
 WIDE_PASSAGE_M = (1.0, 1.8)
 DOOR_HEIGHT_M = (2.02, 2.1)
 LINTEL_M = 0.15  # least height of wall above an opening
-OPEN_DEG, FAR_OPEN_DEG = (82.0, 90.0), (92.0, 100.0)  # leaves near a corner stand at the wall beside them, others farther
+OPEN_DEG, FAR_OPEN_DEG = (
+    (82.0, 90.0),
+    (92.0, 100.0),
+)  # leaves near a corner stand at the wall beside them, others farther
 FAR_M = 0.35  # from the hinge to the corner, for a leaf that is turned beyond the right angle
 PAST_LEAF_M = 0.75  # from the tip of a leaf to the wall opposite
 INNER_LIMIT_M = 0.25  # walls between rooms are thinner than this
@@ -84,9 +87,8 @@ class OpeningPlanner:
     def entrance(self, room: int) -> None:
         """The closed door to the outside. Raises SchemaError where no outer wall is long enough."""
         stretches = [s for s in self.outer(room) if round(s.length_m, 2) >= ENTRANCE_M[0] + 2 * CORNER_M]
-        for i in self._by_length(stretches):
-            width = min(self._between(ENTRANCE_M), round(stretches[i].length_m - 2 * CORNER_M, 2))
-            if self._way(stretches[i], "door", width, closed=True):
+        for stretch in self._by_length(stretches):
+            if self._way(stretch, "door", self._fitted(ENTRANCE_M, stretch, CORNER_M), closed=True):
                 return
         raise SchemaError(f"room {room} of the plan has no outer wall that takes a door of {ENTRANCE_M[0]} m")
 
@@ -111,7 +113,7 @@ class OpeningPlanner:
                 if any({o.front, o.back} == {a, b} for o in self.openings):
                     continue
                 for stretch in self.between(b, a):
-                    wide = min(self._between(WIDE_PASSAGE_M), round(stretch.length_m - 2 * CORNER_M, 2))
+                    wide = self._fitted(WIDE_PASSAGE_M, stretch, CORNER_M)
                     if wide >= WIDE_PASSAGE_M[0] and self._way(stretch, "passage", wide):
                         break
 
@@ -120,12 +122,9 @@ class OpeningPlanner:
         kind = ROOM_KINDS[self.rooms[room].room_type].windows
         low, high = count or kind.count
         wanted = int(self.rng.integers(low, high, endpoint=True))
-        stretches = self.lit_walls(room, blind)
-        order = self._by_length(stretches)
-        for turn in range(2 * wanted):
-            if wanted == 0 or not order:
-                return
-            if self._window(stretches[order[turn % len(order)]], kind):
+        stretches = self._by_length(self.lit_walls(room, blind))
+        for stretch in (stretches * 2 * wanted)[: 2 * wanted]:
+            if wanted and self._window(stretch, kind):
                 wanted -= 1
 
     def lit_walls(self, room: int, blind: FloatArray) -> list[Stretch]:
@@ -170,10 +169,8 @@ class OpeningPlanner:
 
     def _join(self, child: int, parent: int) -> bool:
         leafless = self.rooms[child].room_type in LEAFLESS and self.rng.random() < LEAFLESS_SHARE
-        kind, width = "passage" if leafless else "door", self._between(DOOR_M)
-        return any(
-            self._way(s, kind, min(width, round(s.length_m - 2 * CORNER_M, 2))) for s in self.between(child, parent)
-        )
+        kind = "passage" if leafless else "door"
+        return any(self._way(s, kind, self._fitted(DOOR_M, s, CORNER_M)) for s in self.between(child, parent))
 
     def _unlikely(self, pair: tuple[int, int]) -> tuple[bool, int, int]:
         """Sort key of (parent, child): from a corridor rather than through a room."""
@@ -213,7 +210,7 @@ class OpeningPlanner:
         return self._holds(stretch.room, np.sort(corners, axis=0))
 
     def _window(self, stretch: Stretch, kind: Windows) -> bool:
-        width = min(self._between(kind.width_m), round(stretch.length_m - 2 * WINDOW_CORNER_M, 2))
+        width = self._fitted(kind.width_m, stretch, WINDOW_CORNER_M)
         sill = self._between(kind.sill_m)
         high = round(min(sill + self._between(kind.height_m), self.height_m - LINTEL_M), 2)
         if high - sill < LEAST_WINDOW_M:
@@ -287,13 +284,17 @@ class OpeningPlanner:
                 share *= k / TRIED
             yield round(float(low + (high - low) * (share if first_end else 1 - share)), 2)
 
-    def _by_length(self, stretches: Sequence[Stretch]) -> list[int]:
-        """Numbers of stretches in random order, long ones rather first."""
+    def _by_length(self, stretches: Sequence[Stretch]) -> list[Stretch]:
+        """Stretches in random order, long ones rather first."""
         weight = [-s.length_m * (0.5 + self.rng.random()) for s in stretches]
-        return sorted(range(len(stretches)), key=lambda i: weight[i])
+        return [stretches[i] for i in sorted(range(len(stretches)), key=lambda i: weight[i])]
 
-    def _between(self, sizes: tuple[float, float]) -> float:
-        """A length in whole centimetres."""
+    def _fitted(self, sizes: Range, stretch: Stretch, margin: float) -> float:
+        """A width from a range, no wider than a stretch allows, whole centimetres."""
+        return min(self._between(sizes), round(stretch.length_m - 2 * margin, 2))
+
+    def _between(self, sizes: Range) -> float:
+        """A value from a range, two decimals: lengths are whole centimetres."""
         return round(float(sizes[0] + (sizes[1] - sizes[0]) * self.rng.random()), 2)
 
 

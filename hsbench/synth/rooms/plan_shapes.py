@@ -18,6 +18,7 @@ LEAST_CUT_MM, LEAST_LIMB_MM = 600, 1500  # a smaller cut is not worth a corner; 
 NICHE_M, PIER_M = ((1.3, 2.2), (0.4, 0.9)), ((0.5, 1.1), (0.25, 0.5))  # width, depth
 NICHE_SIDE_MM = 400  # least wall on either side of a niche
 NICHE_RATHER_THAN_PIER = 0.6
+CORNER_PIER_SHARE, PIER_PLACE = 0.4, (0.3, 0.7)  # of piers in a corner; where along the wall the others stand
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def _niche(rng: np.random.Generator, w: int, d: int) -> Shape:
 def _pier(rng: np.random.Generator, w: int, d: int) -> Shape:
     """A chimney or shaft that stands out of the far wall or fills its corner."""
     wide, deep = (_mm(_between(rng, sizes)) for sizes in PIER_M)
-    x = 0 if rng.random() < 0.4 else _mm((w - wide) / 1000 * (0.3 + 0.4 * rng.random()))
+    x = 0 if rng.random() < CORNER_PIER_SHARE else _mm((w - wide) / 1000 * _between(rng, PIER_PLACE))
     return Shape(((0, 0, w, d),), ((x, d - deep, x + wide, d),), ((0, 0, w, d),))
 
 

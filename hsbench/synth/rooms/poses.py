@@ -91,7 +91,7 @@ def along_walls(
 
 
 def in_corners(ctx: Context, piece: Piece, rng: np.random.Generator, gap_m: float = 0.06) -> Iterator[Pose]:
-    """Poses in the corners of the room, the front towards its middle, or along the diagonal where that is round a corner."""
+    """Poses in the corners of the room, the front towards its middle, or diagonal where that lies round a corner."""
     # Turned by a diagonal a square reaches further; small round things (lamps, plants) do not.
     turned = math.sqrt(2) if piece.width * piece.depth > ROUND_THINGS_M2 else 1.0
     off = max(piece.width, piece.depth) / 2 * turned + gap_m

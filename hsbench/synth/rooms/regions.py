@@ -1,4 +1,4 @@
-"""Rectilinear regions of the plan: unions of rectangles in whole millimetres, on the grid of the coordinates that occur.
+"""Rectilinear regions of a plan: unions of rectangles in whole millimetres, on the grid of their coordinates.
 
 Whole numbers keep plans exact: neighbours share coordinates to the bit, and no tolerance is needed anywhere.
 """
@@ -77,7 +77,9 @@ class Lines:
             if at == start:
                 break
         points = np.array([(self.xs[i - 1], self.ys[j - 1]) for i, j in corners], dtype=np.int64)
-        straight = np.all(np.sign(points - np.roll(points, 1, axis=0)) == np.sign(np.roll(points, -1, axis=0) - points), axis=1)
+        straight = np.all(
+            np.sign(points - np.roll(points, 1, axis=0)) == np.sign(np.roll(points, -1, axis=0) - points), axis=1
+        )
         return points[~straight]
 
 

@@ -1,8 +1,9 @@
-"""How large rooms of each type are and what windows they have.
+"""How large rooms of each type are, what windows they have, and which rooms make a home.
 
-Areas and least sides: bedrooms after the Nationally described space standard (DCLG, 2015: 11.5 m2 and 2.75 m for a double
-room), offices after ASR A1.2 (BAuA, 2013: 8 m2 for the first place of work, 6 m2 for each further one); all others are
-our default. Windows are our default: sills above desks and radiators, in kitchens above the worktop, in bathrooms high.
+Areas and least sides: bedrooms after the Nationally described space standard (DCLG, 2015: 11.5 m2 and 2.75 m for a
+double room), offices after ASR A1.2 (BAuA, 2013: 8 m2 for the first place of work, 6 m2 for each further one); all
+others are our default. So are windows: sills above desks and radiators, in kitchens above the worktop, in bathrooms
+high.
 """
 
 from __future__ import annotations
@@ -44,3 +45,17 @@ ROOM_KINDS: dict[str, RoomKind] = {
     "corridor": RoomKind((4.0, 9.0), 1.3, 6.0, Windows((0, 0), (0.8, 1.0))),
 }
 """Room type -> what is usual for it."""
+
+PROGRAMMES: dict[str, tuple[str, ...]] = {
+    "studio": ("living", "bathroom"),
+    "one_room": ("corridor", "living", "kitchen", "bathroom"),
+    "one_bedroom": ("corridor", "living", "kitchen", "bathroom", "bedroom"),
+    "one_bedroom_study": ("corridor", "living", "kitchen", "bathroom", "bedroom", "study"),
+    "two_bedroom": ("corridor", "living", "kitchen", "bathroom", "bedroom", "bedroom"),
+    "two_bedroom_dining": ("corridor", "living", "dining", "bathroom", "bedroom", "bedroom"),
+    "three_bedroom": ("corridor", "living", "kitchen", "bathroom", "bathroom", "bedroom", "bedroom", "bedroom"),
+    "small_office": ("corridor", "office", "kitchen", "bathroom"),
+    "office": ("corridor", "office", "office", "meeting", "bathroom"),
+    "large_office": ("corridor", "office", "office", "office", "meeting", "kitchen", "bathroom"),
+}
+"""Name -> room types; the entrance leads into the first."""

@@ -1,7 +1,7 @@
 """A room as its furniture sees it: inner wall faces and the openings in them, and the floor openings keep free.
 
-Room frame: the smallest x and y of the room's outline are 0, walls along x and y, floor z = 0. ``origin_xy`` places it in
-the scene.
+Room frame: the smallest x and y of the room's outline are 0, walls along x and y, floor z = 0. ``origin_xy`` places it
+in the scene.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from hsbench.geometry.numerics import quantise_m
+from hsbench.geometry.polygons import signed_area
 from hsbench.geometry.transforms import cos_sin
 from hsbench.synth.furniture.openings import CASING_M, LEAF_M
 from hsbench.synth.rooms.regions import MM_PER_M, Lines, inside, rectangles_of, to_mm
@@ -71,8 +72,8 @@ def walls_of(outline_xy: FloatArray) -> tuple[Wall, ...]:
 class Opening:
     """A hole in wall number ``wall`` of a room: middle along it, width, lower and upper edge.
 
-    kind: ``door``, ``passage`` or ``window``. hinge: the sign along the wall of the side where a leaf that stands open in
-    this room hangs, 0 if none does; open_rad: how far it is open.
+    kind: ``door``, ``passage`` or ``window``. hinge: the sign along the wall of the side where a leaf that stands open
+    in this room hangs, 0 if none does; open_rad: how far it is open.
     """
 
     kind: str
@@ -92,7 +93,7 @@ class Opening:
     def zone(self, wall: Wall, clear_m: float) -> tuple[FloatArray, float, float]:
         """((4, 2) rectangle before the opening, lowest, highest z) where nothing may stand.
 
-        clear_m: its depth before a door or passage. Where a leaf stands in the room it holds the leaf and a way past it.
+        clear_m: its depth before a door or passage. Where a leaf stands in the room it holds that and a way past it.
         """
         low, high = -self.width_m / 2 - DOOR_SIDE_M, self.width_m / 2 + DOOR_SIDE_M
         z0 = self.low_m - WINDOW_BELOW_M if self.kind == "window" else 0.0
@@ -129,6 +130,11 @@ class Shell:
         """Width, depth and height of the box around the room."""
         w, d = self.outline_xy.max(axis=0).tolist()
         return w, d, self.height_m
+
+    @cached_property
+    def area_m2(self) -> float:
+        """Floor area in square metres."""
+        return signed_area(self.outline_xy)
 
     @cached_property
     def switches(self) -> tuple[tuple[int, float], ...]:
@@ -185,4 +191,3 @@ def rectangles(outline_xy: FloatArray) -> list[FloatArray]:
     """Few disjoint (4, 2) rectangles, counter-clockwise, that make up a rectilinear outline (n, 2), metres."""
     found = rectangles_of(to_mm(outline_xy))
     return [np.array([[a, b], [c, b], [c, d], [a, d]]) / MM_PER_M for a, b, c, d in found]
-

@@ -16,8 +16,8 @@ from hsbench.geometry.numerics import quantise_m
 from hsbench.geometry.transforms import planar
 from hsbench.schema.scene import Part, SceneObject
 from hsbench.synth.furniture.openings import CASING_M, door, passage, window
-from hsbench.synth.furniture.pieces import block, named_apart, pick, tone
-from hsbench.synth.furniture.style import Finish, Rgb, Style
+from hsbench.synth.furniture.pieces import block, named_apart, shade, tone
+from hsbench.synth.furniture.style import Finish, Rgb, Style, family
 from hsbench.synth.rooms.plan import FloorPlan, PlanOpening
 from hsbench.synth.rooms.regions import MM_PER_M, Rect
 from hsbench.synth.rooms.shell import SKIRTING_M, SWITCH_M, Shell, Wall
@@ -27,50 +27,47 @@ from hsbench.typing import FloatArray
 
 SLAB_M = 0.1
 WHITE: Rgb = (242, 241, 238)
-TILES: tuple[Rgb, ...] = ((206, 208, 206), (186, 190, 194), (222, 216, 204), (164, 168, 170))
+TILE_SHADE = 0.85  # of the colour of the walls
 WET_ROOMS = frozenset(("bathroom", "kitchen"))
 """Rooms with a tiled floor."""
 
 
 def room_style(home: Style, room_type: str, rng: np.random.Generator) -> Style:
-    """A style for one room of a home: its own colours, but the floor, paint and metal of the whole home."""
-    own = home.for_room(rng)
-    wet = room_type in WET_ROOMS
-    floors = (pick(rng, TILES),) if wet else home.floors
-    textures = own.wet_floor_textures if wet else home.floor_textures
+    """A style for one room of a home: its own colours of the family, the floor, paint and metal of the whole home."""
+    own = family(home.name).for_room(rng)
+    floors, textures = home.floors, home.floor_textures
+    if room_type in WET_ROOMS:
+        floors, textures = (shade(own.walls[0], TILE_SHADE),), own.wet_floor_textures
     return replace(own, floors=floors, floor_textures=textures, paints=home.paints, metals=home.metals)
 
 
 def structure(plan: FloorPlan, seeds: Seeds, home: Style, styles: Sequence[Style]) -> list[SceneObject]:
-    """The objects of the building in the scene frame, ids from 1: floors and walls in the order of rooms, openings last.
+    """The objects of the building in the scene frame, ids from 1: floors, ceiling, walls room by room, openings.
 
     home: style of doors and windows; styles: of each room, already narrowed.
     """
     built = masonry(plan)
     found: list[tuple[str, FloatArray, tuple[Part, ...]]] = []
     for i, style in enumerate(styles):
-        finish = tone(seeds.rng(f"floor-{i}"), Finish(style.floors[0], style.floor_textures[0]))
-        low, high = (getattr(plan.rooms[i].outline_xy, f)(axis=0) for f in ("min", "max"))
-        middle = quantise_m((low + high) / 2)
-        found.append(("floor", planar(*middle, 0.0), _slabs("floor", finish, built.territories[i], middle, -SLAB_M)))
-    low, high = plan.outline_xy.min(axis=0), plan.outline_xy.max(axis=0)
-    middle = quantise_m((low + high) / 2)
-    slabs = _slabs("ceiling", Finish(WHITE), built.footprint, middle, plan.height_m)
-    found.append(("ceiling", planar(*middle, 0.0), slabs))
+        finish = tone(seeds.rng("floor"), Finish(style.floors[0], style.floor_textures[0]))
+        found.append(_slabs("floor", finish, plan.rooms[i].outline_xy, built.territories[i], -SLAB_M))
+    found.append(_slabs("ceiling", Finish(WHITE), plan.outline_xy, built.footprint, plan.height_m))
     for i, style in enumerate(styles):
         rng = seeds.rng(f"walls-{i}")
         finish, skirting = tone(rng, Finish(style.walls[0], style.wall_textures[0])), tone(rng, style.paints[0])
         shell = plan.shell(i)
         for k, wall in enumerate(plan.walls[i]):
-            own = [b for b in built.boxes if (b.room, b.wall) == (i, k)]
-            parts = [*_bricks(wall, own, finish), *_skirting(shell, k, skirting)]
+            boxes = [b for b in built.boxes if (b.room, b.wall) == (i, k)]
+            parts = [*_bricks(wall, boxes, finish), *_skirting(shell, k, skirting)]
             parts += [_switch(wall, place) for at, place in shell.switches if at == k]
             x, y = wall.point(wall.length_m / 2, 0.0)
             found.append(("wall", planar(x, y, wall.yaw), named_apart(parts)))
     for i, hole in enumerate(plan.openings):
         wall = plan.walls[hole.front][hole.wall]
         x, y = wall.point(hole.middle_m, 0.0)
-        found.append((hole.kind, planar(x, y, wall.yaw), _filling(hole, seeds.rng(f"opening-{i}"), home)))
+        # One stream for all of a kind: the doors of a home are alike, and so are its windows.
+        own = seeds.rng("entrance" if i == 0 else hole.kind)
+        found.append((hole.kind, planar(x, y, wall.yaw), _filling(hole, own, home)))
     return [SceneObject(i, kind, pose, parts) for i, (kind, pose, parts) in enumerate(found, start=1)]
 
 
@@ -82,13 +79,15 @@ def _filling(hole: PlanOpening, rng: np.random.Generator, style: Style) -> tuple
     return door(rng, style, hole.width_m, hole.high_m, hole.thickness_m, hole.open_rad, hole.hinge)
 
 
-def _slabs(name: str, finish: Finish, rects: Sequence[Rect], middle: FloatArray, z: float) -> tuple[Part, ...]:
-    """Slabs from z upwards over rectangles, in a frame with the origin at ``middle``."""
+def _slabs(
+    name: str, finish: Finish, outline_xy: FloatArray, rects: Sequence[Rect], z: float
+) -> tuple[str, FloatArray, tuple[Part, ...]]:
+    """(name, pose, parts) of slabs from z upwards over rectangles, the origin in the middle of an outline."""
+    x, y = quantise_m((outline_xy.min(axis=0) + outline_xy.max(axis=0)) / 2).tolist()
     parts = []
-    for x0, y0, x1, y1 in rects:
-        low, high = np.array([x0, y0]) / MM_PER_M - middle, np.array([x1, y1]) / MM_PER_M - middle
-        parts.append(block(name, finish, (*low, z), (*high, z + SLAB_M)))
-    return named_apart(parts)
+    for x0, y0, x1, y1 in (np.array(rect) / MM_PER_M for rect in rects):
+        parts.append(block(name, finish, (x0 - x, y0 - y, z), (x1 - x, y1 - y, z + SLAB_M)))
+    return name, planar(x, y, 0.0), named_apart(parts)
 
 
 def _bricks(wall: Wall, boxes: Sequence[WallBox], finish: Finish) -> list[Part]:
@@ -127,7 +126,6 @@ def _switch(wall: Wall, place: float) -> Part:
     side, thick, z = SWITCH_M
     x = wall.length_m / 2 - place
     return block("switch", WHITE, (x - side / 2, -thick, z), (x + side / 2, 0.0, z + side), "switch")
-
 
 
 def around_room(objects: Sequence[SceneObject], plan: FloorPlan, room: int) -> list[SceneObject]:

@@ -66,8 +66,8 @@ HOBS = ("kitchen_counter", "stove")
 POT_SHARE = 0.6  # of hobs with a pot on a plate
 POT_TURN_DEG = 12.0
 CUSHION_SHARE: Mapping[str, float] = {"sofa": 0.7, "bed": 0.35}
-CUSHION_TURN_DEG = 15.0
-CUSHION_GAP_M = 0.04  # to the back of a sofa or the pillows of a bed
+CUSHION_TURN_DEG = 4.0  # it stands on its edge, so that one can sit before it
+CUSHION_GAP_M = 0.01  # to the back of a sofa or the pillows of a bed
 
 
 @dataclass(frozen=True, eq=False)

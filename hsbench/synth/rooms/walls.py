@@ -1,12 +1,14 @@
 """What of a building is wall, and whose: everything between its rooms and its outer outline, exact, in few boxes.
 
-Each piece belongs to the wall face it touches or is nearest to, so that a wall between two rooms is cut in the middle of its thickness
-and each half can be painted in the colour of its own room. With its walls a room has a territory: what its floor covers.
+Each piece belongs to the wall face it touches or is nearest to, so that a wall between two rooms is cut in the middle
+of its thickness and each half can be painted in the colour of its own room. With its walls a room has a territory: what
+its floor covers.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -108,7 +110,7 @@ def _middles(taken: BoolArray, at: IntArray) -> list[int]:
     found = set()
     for column in taken.T:
         cells = np.flatnonzero(column)
-        for a, b in zip(cells, cells[1:], strict=False):
+        for a, b in pairwise(cells):
             if b > a + 1:
                 found.add(int(at[a + 1] + at[b]) // 2)
     return sorted(found)

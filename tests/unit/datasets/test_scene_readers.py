@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import json
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ import cv2
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from hsbench.datasets.importers import scene_source
 from hsbench.datasets.importers.scene_gltf import read_gltf
@@ -21,7 +24,7 @@ from hsbench.datasets.importers.scene_source import GREY, SourceScene
 from hsbench.errors import DataError
 from hsbench.geometry.convex import box
 from hsbench.geometry.transforms import apply
-from tests.unit.datasets.scene_files import glb, gltf, node, obj, write_gltf
+from tests.unit.datasets.scene_files import glb, gltf, node, obj, room_nodes, write_gltf
 from tests.unit.geometry.meshes import of, torus
 
 BOX = of(box((0.4, 0.6, 0.8)))
@@ -195,7 +198,9 @@ PLAIN = gltf(node("box", BOX, materials=("paint",)))
         (broken(PLAIN, "extensionsRequired", value=["KHR_draco_mesh_compression"]), "without compression"),
         (broken(PLAIN, "nodes", 0, "scale", value=[1, float("inf"), 1]), "no JSON number|no valid JSON"),
         (broken(PLAIN, "nodes", 0, "matrix", value=[1] * 16), "expected a finite affine matrix"),
-        (broken(PLAIN, "nodes", 0, "rotation", value=[0, 0, 0, 0]), "quaternion has length zero"),
+        (broken(PLAIN, "nodes", 0, "rotation", value=[0, 0, 0, 0]), "expected a unit quaternion x y z w"),
+        (broken(PLAIN, "nodes", 0, "rotation", value=[0, 90, 0, 0]), "expected a unit quaternion x y z w"),
+        (broken(PLAIN, "nodes", 0, "translation", value=[0, 1e300, 0]), "expected a finite affine matrix"),
         (broken(PLAIN, "nodes", value="box"), "expected a glTF 2.0 file"),
         (broken(PLAIN, "meshes", 0, "primitives", value=[{}]), "KeyError on 'attributes'"),
     ],
@@ -206,6 +211,23 @@ def test_a_broken_file_is_one_line_that_names_the_item(tmp_path: Path, document:
         read_gltf(path, tmp_path)
     assert str(error.value).startswith(str(path)) or "gone.bin" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def entries(value: Any, path: tuple = ()) -> list[tuple]:
+    """The paths of everything in a document."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [p for key, child in items for p in ((*path, key), *entries(child, (*path, key)))]
+
+
+WHOLE = gltf(*room_nodes()) | {"textures": [{"source": 0}], "images": [{"uri": "x.png"}]}
+ODD = (None, -1, 0, 2**40, 1e300, -0.5, "x", [], {}, True, [1], [None] * 3, "data:;base64,AAAA")
+
+
+@settings(max_examples=500, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.sampled_from(entries(WHOLE)), st.sampled_from(ODD))
+def test_any_entry_may_be_anything(tmp_path: Path, path: tuple, value: Any) -> None:
+    with contextlib.suppress(DataError):
+        read_gltf(write_gltf(tmp_path / "a.gltf", broken(WHOLE, *path, value=value)), tmp_path)
 
 
 def test_vertices_that_are_not_finite_and_indices_out_of_range(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from skimage.measure import points_in_poly
 
 from hsbench import load
 from hsbench.datasets.dataset import Dataset
@@ -57,11 +58,8 @@ def test_outside_the_room_is_outside_its_outline(episodes: Dataset) -> None:
     for episode in episodes:
         truth, scene = episode.truth.occupancy, episode.truth.scene
         x, y, z = np.moveaxis(truth.grid.centres(), -1, 0)
-        inside = np.ones(truth.grid.shape, bool)  # the rooms are convex and counter-clockwise
-        outline = scene.rooms[0].outline_xy
-        for (ax, ay), (bx, by) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-            inside &= (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= 0
-        inside &= (z > 0) & (z < scene.height_m)
+        plan = points_in_poly(np.column_stack([x[:, :, 0].ravel(), y[:, :, 0].ravel()]), scene.rooms[0].outline_xy)
+        inside = plan.reshape(x.shape[:2])[:, :, None] & (z > 0) & (z < scene.height_m)
         differ = inside != (truth.state != VoxelState.OUTSIDE_ROOM)
         assert differ.mean() < 1e-4  # centres on a wall's plane
 
@@ -183,7 +181,8 @@ def test_rendered_depth_and_ids_are_the_exact_ones(episodes: Dataset, name: str,
         renderer = open_renderer(name)
     except HsbenchError as error:
         pytest.skip(f"{name} cannot start here: {error}")
-    view = renderer.render(scene_meshes(scene), camera, sensor.world_T_camera, room_lighting(scene))
+    light = room_lighting(scene, sensor.world_T_camera[:2, 3])
+    view = renderer.render(scene_meshes(scene), camera, sensor.world_T_camera, light)
     image = ray_image(scene, camera, sensor.world_T_camera)
     ids = np.array([*(o.object_id for o in scene.objects), 0])[image.owner]
     depth_m = np.where(np.isfinite(image.depth_m), image.depth_m, 0.0)
@@ -217,13 +216,16 @@ def test_a_frame_composed_of_patches_is_the_whole_scene_drawn_at_once(episodes: 
     assert person.sum() > 20
     assert (shown.depth_m[person] <= clear.depth_m[person]).all()  # in front of what is behind
     assert np.array_equal(shown.depth_m[~person], clear.depth_m[~person])
-    assert np.array_equal(episode.frames[k].rgb[~person], episode.frames[0].rgb[~person])
+    shade = episode.frames[0].rgb.astype(int) - episode.frames[k].rgb  # people darken what they touch, no more
+    assert (shade[~person] >= 0).all()
+    assert (shade[~person] > 0).any(axis=-1).mean() < 0.1
 
 
 def test_filming_with_nobody_in_view_is_an_empty_patch(episodes: Dataset) -> None:
     episode = episodes[0]
     renderer = open_renderer("raycast")
     nobody = episode.truth.poses.poses.select(np.zeros(len(episode.truth.poses.poses), bool))
-    filming = Filming(episode.truth.scene, (), nobody, episode.sensor, renderer, room_lighting(episode.truth.scene))
+    light = room_lighting(episode.truth.scene, episode.sensor.world_T_camera[:2, 3])
+    filming = Filming(episode.truth.scene, (), nobody, episode.sensor, renderer, light)
     patch = filming.patch(filming.background(), 0)
     assert patch.mask.size == 0

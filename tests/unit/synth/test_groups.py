@@ -17,11 +17,12 @@ from hsbench.geometry.convex import ConvexSolid, span
 from hsbench.schema.categories import CATEGORIES, category
 from hsbench.schema.scene import Part
 from hsbench.synth.furniture import FAMILIES, HANGING, WALL_HUNG, family
+from hsbench.synth.furniture.fittings import FRONT_M
 from hsbench.synth.rooms.clearance import CLEAR_FRONT_M
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.furnish import DEFINING, FITS, furnish
 from hsbench.synth.rooms.groups import GROUPS
-from hsbench.synth.rooms.placing import Item, Layout, Piece, Pose
+from hsbench.synth.rooms.placing import APART_M, Item, Layout, Piece, Pose
 from hsbench.synth.rooms.poses import Context
 from hsbench.synth.rooms.search import across_m, stretches, together
 from hsbench.synth.rooms.shell import Opening, Shell, walls_of
@@ -47,10 +48,13 @@ REQUIRED = {
     "meeting": ("meeting_table", "chair|office_chair"),
     "media": ("sofa|armchair",),
     "facing": ("sofa|armchair",),
+    "reading": ("armchair",),
+    "piano": ("piano", "stool"),
     "dining": ("dining_table", "chair"),
     "wardrobe_corner": ("shoe_cabinet",),
 }
-CASES = sorted({(t.room_type, g) for t in TEMPLATES.values() for g in t.core[0].split("|")})
+ALONE = {("living", "reading"), ("living", "piano"), ("meeting", "water_cooler"), ("office", "filing_cabinet")}
+CASES = sorted({(t.room_type, g) for t in TEMPLATES.values() for g in t.core[0].split("|")} | ALONE)
 
 
 def plain_shell(kind: str, large: bool, seed: int) -> Shell:
@@ -138,7 +142,7 @@ def test_the_depth_of_two_boxes_is_their_overlap() -> None:
 
 
 def check_bodies(name: str, layout: Layout) -> None:
-    """No two solids share more than a millimetre, nothing is outside, all is held by floor, wall, ceiling or a thing."""
+    """No two solids share more than a millimetre, nothing is outside, all is held by floor, wall, ceiling or thing."""
     bounds = np.array([[v.min(axis=0), v.max(axis=0)] for v in map(corners_of, layout.items)])
     for i, j in itertools.combinations(range(len(bounds)), 2):
         if (np.minimum(bounds[i, 1], bounds[j, 1]) - np.maximum(bounds[i, 0], bounds[j, 0]) <= TOUCH_M).any():
@@ -222,8 +226,21 @@ def check_television(name: str, layout: Layout) -> None:
                 assert forward(seat) @ forward(tv) < -0.99, f"{name}: a sofa looks away"
 
 
+def check_sitting(name: str, layout: Layout) -> None:
+    """Sofas and armchairs around a coffee table look at it, a stool before a piano at its keys."""
+    for table in of(layout, "coffee_table"):
+        for seat in of(layout, "sofa", "armchair"):
+            to = place(table) - place(seat)
+            assert np.linalg.norm(to) < 3.0, f"{name}: a {seat.piece.category_name} far from its table"
+            assert forward(seat) @ to / np.linalg.norm(to) > 0.6, f"{name}: a {seat.piece.category_name} looks away"
+    for piano in of(layout, "piano"):
+        (stool,) = of(layout, "stool")
+        assert forward(stool) @ forward(piano) < -0.99
+        assert np.linalg.norm(place(piano) - place(stool)) < 1.0
+
+
 def check_kitchen(name: str, layout: Layout) -> None:
-    """Fronts and tops of a line are flush, hoods hang over hobs and cabinets over worktops, at a height to work under."""
+    """Fronts and tops of a line are flush; hoods hang over hobs, cabinets over worktops, at a height to work under."""
     base = of(layout, "kitchen_counter", "dishwasher", "stove")
     for a, b in itertools.pairwise(sorted(base, key=lambda i: (i.pose.yaw, float(place(i) @ forward(i)[::-1])))):
         if a.pose.yaw != b.pose.yaw or abs(forward(a) @ (place(b) - place(a))) > 0.1:
@@ -245,7 +262,7 @@ def check_kitchen(name: str, layout: Layout) -> None:
 
 
 def front_m(item: Item) -> float:
-    """From the back to the front plane of a unit: that of its doors, drawers and oven."""
+    """From the back to the front plane of a unit: that of its doors, drawers and oven, or of a corner's body."""
     planes = [
         p.vertices[:, 1].min() for p in item.piece.parts if p.role in ("door", "drawer", "front") and p.name != "hob"
     ]
@@ -279,7 +296,16 @@ def check_bed(name: str, layout: Layout) -> None:
         assert bed.piece.depth / 2 - y < 0.4, f"{name}: a night stand not at the head"
 
 
-CHECKS = (check_bodies, check_fronts, check_seats, check_television, check_kitchen, check_bathroom, check_bed)
+CHECKS = (
+    check_bodies,
+    check_fronts,
+    check_seats,
+    check_television,
+    check_sitting,
+    check_kitchen,
+    check_bathroom,
+    check_bed,
+)
 
 
 @pytest.mark.parametrize(("kind", "group"), CASES)
@@ -386,8 +412,8 @@ def test_joint_proposals_are_those_that_keep_apart(seed: int) -> None:
             (x0, y0, _), (x1, y1, _) = item.piece.bounds
             boxes.append([item.rectangle(x0, y0, x1, y1), item.rectangle(x0, y0 - front, x1, y1)])
         pairs = ((boxes[0][0], boxes[1][1]), (boxes[0][1], boxes[1][0]))
-        return all((np.maximum(p.min(axis=0), q.min(axis=0)) - np.minimum(p.max(axis=0), q.max(axis=0))).max() >= 0.004999
-                   for p, q in pairs)  # fmt: skip
+        gaps = [np.maximum(p.min(axis=0), q.min(axis=0)) - np.minimum(p.max(axis=0), q.max(axis=0)) for p, q in pairs]
+        return bool(min(gap.max() for gap in gaps) >= APART_M - 1e-6)
 
     fitting = [[p for p in step if layout.free_of(p[0], ())] for step in steps]
     good = [c for c in itertools.product(*fitting) if all(apart(a[0], b[0]) for a, b in itertools.combinations(c, 2))]

@@ -1,4 +1,4 @@
-"""Floor plans: what an architect would check, over many seeds, against shapely, point sampling and a body that walks."""
+"""Floor plans: what an architect would check, over many seeds, with shapely, sampled points and a body that walks."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from hsbench.errors import SchemaError
 from hsbench.geometry.rays import pack_solids, segments_blocked
 from hsbench.schema.scene import Scene, SceneObject
 from hsbench.synth.furniture import COMMON_FAMILIES, family
-from hsbench.synth.rooms.config import PROGRAMMES, HomeConfig, RoomConfig
+from hsbench.synth.rooms.config import HomeConfig, RoomConfig
 from hsbench.synth.rooms.floor_plans import draw_home_plan, draw_room_plan
 from hsbench.synth.rooms.plan import OUTSIDE, FloorPlan, PlanOpening
 from hsbench.synth.rooms.plan_openings import VIEW_M
 from hsbench.synth.rooms.plan_shapes import SHAPES
 from hsbench.synth.rooms.regions import Lines, inside, outline_of, rectangles_of
-from hsbench.synth.rooms.room_kinds import ROOM_KINDS
+from hsbench.synth.rooms.room_kinds import PROGRAMMES, ROOM_KINDS
 from hsbench.synth.rooms.structure import around_room, room_style, structure
 from hsbench.synth.rooms.walls import masonry
 from hsbench.synth.seeds import Seeds
@@ -181,7 +181,7 @@ def test_openings_lie_apart_in_their_walls() -> None:
         holes = [hole(plan, o) for o in plan.openings]
         for (i, a), (j, b) in itertools.combinations(enumerate(holes), 2):
             assert a.distance(b) > 0.02, (i, j)
-        for opening, gap in zip(plan.openings, holes, strict=True):
+        for gap in holes:
             assert all(gap.intersection(shape).area < EPS for shape in polygons(plan))
             assert Polygon(plan.outline_xy).buffer(EPS).covers(gap)
 
@@ -380,7 +380,11 @@ def test_regions_agree_with_shapely(found: list[tuple[int, int, int, int]]) -> N
         assert sum(p.area for p in pieces) == union.area
         assert shapely.union_all(pieces).equals(union)
     # Touching corners and holes have no single outline.
-    if isinstance(union, Polygon) and not union.interiors and union.buffer(-0.1, join_style="mitre").geom_type == "Polygon":
+    if (
+        isinstance(union, Polygon)
+        and not union.interiors
+        and union.buffer(-0.1, join_style="mitre").geom_type == "Polygon"
+    ):
         outline = outline_of(found)
         assert Polygon(outline).equals(union)
         assert Polygon(outline).exterior.is_ccw

@@ -57,7 +57,7 @@ def near(hulls, grid, voxels):
     return [h for h in hulls if (h.low <= high).all() and (h.high >= low).all()]
 
 
-def sorted_chunks(voxels, size=64):
+def sorted_chunks(voxels, size=16):
     """Voxels in chunks of neighbours, so that few hulls are near each."""
     order = np.lexsort((voxels // 8).T)
     return np.array_split(voxels[order], max(1, len(voxels) // size))

@@ -159,7 +159,9 @@ THROUGH = -np.pi / 2  # yaw of a door in the wall between the rooms whose front,
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_doorway_joins_two_rooms(turned: bool) -> None:
     scene = flat(framed(1, 4.0, 1.3, THROUGH, name="passage"))
-    floor = shapely.union_all([shapely.Polygon(ROOM), shapely.Polygon(EAST.outline_xy), shapely.box(4, 0.85, 4.2, 1.75)])
+    floor = shapely.union_all(
+        [shapely.Polygon(ROOM), shapely.Polygon(EAST.outline_xy), shapely.box(4, 0.85, 4.2, 1.75)]
+    )
     if turned:
         scene = scene.moved(TURN)
         floor = affinity.affine_transform(floor, [*TURN[:2, :2].ravel(), *TURN[:2, 3]])

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -16,11 +17,20 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from hsbench.synth.people.baking.makehuman import MakeHuman
 from hsbench.synth.people.baking.surgery import (
-    Piece, borders, cut, filled, hem, joined, membrane, normals, sew, smoothed,
+    Piece,
+    borders,
+    cut,
+    filled,
+    hem,
+    joined,
+    membrane,
+    normals,
+    sew,
+    smoothed,
 )  # fmt: skip
 from hsbench.synth.people.body import unit
 from hsbench.synth.people.regions import EDGES, Region
-from hsbench.typing import BoolArray, FloatArray
+from hsbench.typing import BoolArray, FloatArray, IntArray
 
 MIDDLE_M = 1e-5  # so near to the middle plane a vertex lies in it
 
@@ -144,7 +154,8 @@ def dressed_half(human: MakeHuman, base: FloatArray) -> Half:
         points = places(body, base)
         chains = borders(body.triangles, points[:, 0] == 0)
         ends = [[c for c in chains if (c[0] < dress.rows.shape[0]) == ours] for ours in (True, False)]
-        body = sew(body, points, *(nearest(of_one, points, at.joint(joint)) for of_one in ends), edge)
+        cloth, skin = (nearest(of_one, points, at.joint(joint)) for of_one in ends)
+        body = sew(body, points, cloth, skin, edge)
     for hole in borders(body.triangles, places(body, base)[:, 0] == 0):
         body = filled(body, hole, Region.SHIRT)
     body = joined([body, skirt(at)])
@@ -227,9 +238,8 @@ def painted_head(at: Landmarks, head: Piece, mouth_z: float) -> Piece:
         return np.asarray(brow_half * (1 - along**4) - np.abs(p[:, 2] - eye[2] - arch))
 
     def lips(p: FloatArray) -> FloatArray:
-        return np.asarray(
-            1.0 - np.abs(p[:, 0] / lip_x) ** 1.5 - ((p[:, 2] - mouth_z - SMILE_PER_M * p[:, 0] ** 2) / lip_z) ** 2
-        )
+        above = p[:, 2] - mouth_z - SMILE_PER_M * p[:, 0] ** 2
+        return np.asarray(1.0 - np.abs(p[:, 0] / lip_x) ** 1.5 - (above / lip_z) ** 2)
 
     def nape(p: FloatArray) -> FloatArray:
         return np.minimum(p[:, 1] - ear[1] - NAPE_M[1], -at.outside_collar(p) - NAPE_M[0])
@@ -249,7 +259,7 @@ def painted_head(at: Landmarks, head: Piece, mouth_z: float) -> Piece:
 
 
 def mouth_height(at: Landmarks, head: Piece, hidden: BoolArray) -> float:
-    """z of the slit between the lips: the middle of the pocket between chin and nose."""
+    """How high the slit between the lips: the middle of the pocket between chin and nose."""
     points = head.at(at.base)
     chin, eye = at.joint("jaw")[2], at.joint("l-eye")[2]
     low, high = (chin + share * (eye - chin) for share in MOUTH_SHARES)
@@ -271,7 +281,7 @@ def pockets(at: Landmarks) -> BoolArray:
     """(N,) vertices of the body to which hardly any light comes: inside mouth, nostrils, and behind the eyes."""
     triangles = at.human.triangles("body")
     solid = np.concatenate([triangles, at.human.triangles("helper-l-eye"), at.human.triangles("helper-r-eye")])
-    caster = RayMeshIntersector(trimesh.Trimesh(at.base, solid, process=False))
+    caster: Any = RayMeshIntersector(trimesh.Trimesh(at.base, solid, process=False))
     corner = at.base[triangles]
     normal = unit(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
     start = corner.mean(axis=1) + RAY_START_M * normal
@@ -320,7 +330,7 @@ def thickness(at: Landmarks, piece: Piece) -> FloatArray:
     return np.column_stack([layers[name] for name in LAYERS])
 
 
-def garment_at(piece: Piece) -> FloatArray:
+def garment_at(piece: Piece) -> IntArray:
     """(V,) the region at each vertex, steps between garments aside."""
     return piece.painted(Region.SKIN, np.isin(piece.region, EDGES)).region_at()
 

@@ -9,7 +9,7 @@ from hsbench.synth.people.baking.makehuman import MakeHuman
 from hsbench.synth.people.body import J, unit
 from hsbench.synth.people.bones import BONES, TWISTS
 from hsbench.synth.people.kinematics import HEAD_FORWARD
-from hsbench.typing import FloatArray, UInt8Array
+from hsbench.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
 CURL_RAD = 0.42  # of each finger joint of a hand at rest: about 25 degrees
 GATHER_SHARES = {1: 0.5, 2: 0.7, 3: 0.7, 4: 0.7, 5: 0.7}  # how much of a finger's way from the hand's axis is closed
@@ -18,6 +18,12 @@ TRUNK_SHARE = 0.5  # of the way from the line between hips and shoulders to the 
 FINGERS = {1: "thumb", 2: "index", 3: "middle", 4: "ring", 5: "pinky"}  # MakeHuman's numbers and the rig's names
 MOST_BONES = 4  # that move one vertex
 WHOLE = 255  # weights are stored in shares of this
+
+_SWAP = {"left": "right", "right": "left"}
+OPPOSITE_BONES: IntArray = np.array(
+    [BONES.index("_".join(_SWAP.get(word, word) for word in name.split("_"))) for name in BONES]
+)
+"""Of each bone its mirror image; those of the trunk's middle are their own."""
 
 # Bones of MakeHuman's rig ``game_engine``, without side, and ours.
 _TRUNK = {"pelvis": ("pelvis",), "spine_01": ("belly",), "spine_02": ("belly", "chest"), "spine_03": ("chest",),
@@ -138,19 +144,29 @@ def vertex_weights(
                 table[:, bone] += share * np.maximum(0.0, 1.0 - np.abs(place - twist))
         elif side in _SIDE:
             table[:, BONES.index(f"{_ENDS.get(stem, 'arm')}_{_SIDE[side]}_end")] += share
-    return _quantised(table)
+    return _quantised(table, points[:, 0] == 0)
 
 
 _SIDE = {"l": "left", "r": "right"}
 
 
-def _quantised(table: FloatArray) -> tuple[UInt8Array, UInt8Array]:
-    """(V, B) weights -> the four greatest of each vertex, in whole shares that sum to 255 (largest remainders)."""
+def _quantised(table: FloatArray, middle: BoolArray) -> tuple[UInt8Array, UInt8Array]:
+    """(V, B) weights -> the four greatest of each vertex, in whole shares that sum to 255.
+
+    What is lost by rounding goes to the greatest remainders; in the middle plane, where left and right have the same,
+    to the greatest bone of the trunk.
+    """
+    table = np.where(middle[:, None], (table + table[:, OPPOSITE_BONES]) / 2, table)
     table = np.round(table, 6)
-    bones = np.argsort(-table, axis=1, kind="stable")[:, :MOST_BONES]
-    weights = np.take_along_axis(table, bones, axis=1)
-    exact = weights / weights.sum(axis=1, keepdims=True) * WHOLE
-    whole = np.floor(exact)
-    remainder = np.argsort(np.argsort(-(exact - whole), axis=1, kind="stable"), axis=1, kind="stable")
-    whole += remainder < (WHOLE - whole.sum(axis=1, keepdims=True))
-    return bones.astype(np.uint8), whole.astype(np.uint8)
+    single = np.where(np.arange(len(BONES)) == OPPOSITE_BONES, table, -1.0)
+    greatest = middle[:, None] & (np.arange(len(BONES)) == np.argmax(single, axis=1)[:, None])
+    bones = np.argsort(-(table + greatest), axis=1, kind="stable")[:, :MOST_BONES]
+    kept = np.zeros_like(table)
+    np.put_along_axis(kept, bones, np.take_along_axis(table, bones, axis=1), axis=1)
+    kept = np.where(middle[:, None], np.minimum(kept, kept[:, OPPOSITE_BONES]), kept)
+    exact = kept / kept.sum(axis=1, keepdims=True) * WHOLE
+    whole = np.floor(np.round(exact, 6))
+    lacking = WHOLE - whole.sum(axis=1, keepdims=True)
+    order = np.argsort(np.argsort(-(exact - whole), axis=1, kind="stable"), axis=1, kind="stable")
+    whole += np.where(middle[:, None], lacking * greatest, order < lacking)
+    return bones.astype(np.uint8), np.take_along_axis(whole, bones, axis=1).astype(np.uint8)

@@ -38,16 +38,18 @@ def simplify(
     Level k has the first ``count`` vertices of the (V',) order, as near to targets[k] as can be had; targets fall.
     """
     state = _State.of(points, triangles, region, weight)
-    faces, gone = [], []
+    left: list[tuple[IntArray, IntArray]] = []
+    counts: list[int] = []
+    gone: list[int] = []
     for target in targets:
-        gone += state.collapse_to(target)
-        faces.append(([list(f) for f, on in zip(state.faces, state.on, strict=True) if on], int(state.alive.sum())))
-        faces[-1] = (*faces[-1], [int(r) for r, on in zip(region, state.on, strict=True) if on])
-    first_out = len(np.unique(triangles)) - faces[0][1]
-    order = np.array([*np.flatnonzero(state.alive), *gone[first_out:][::-1]])
+        went = state.collapse_to(target)
+        gone += went if left else []
+        left.append(state.surface(region))
+        counts.append(int(state.alive.sum()))
+    order = np.array([*np.flatnonzero(state.alive), *gone[::-1]])
     place = np.full(len(points), -1)
     place[order] = np.arange(len(order))
-    return [Level(place[np.array(f)], np.array(r), count) for f, count, r in faces], order
+    return [Level(place[faces], label, count) for (faces, label), count in zip(left, counts, strict=True)], order
 
 
 @dataclass(eq=False)
@@ -103,6 +105,11 @@ class _State:
                 gone.append(goes)
                 left -= 1
         return gone
+
+    def surface(self, region: IntArray) -> tuple[IntArray, IntArray]:
+        """The triangles that are left, and of (T,) regions theirs."""
+        on = np.array(self.on)
+        return np.array(self.faces)[on], region[on]
 
     def neighbours(self, i: int) -> set[int]:
         return {j for face in self.faces_of[i] for j in self.faces[face]} - {i}

@@ -6,8 +6,9 @@ are ``rows @ base``. Half a body is its left side, x >= 0; what lies on the midd
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -104,15 +105,17 @@ def cut(piece: Piece, field: FloatArray) -> Piece:
     return Piece(sparse.vstack([piece.rows, new], format="csr"), np.array(triangles), np.array(region))
 
 
-def hem(piece: Piece, outer: Iterable[int], inner: Iterable[int], edge: int) -> Piece:
+def hem(piece: Piece, outer: Sequence[int], inner: Sequence[int], edge: int) -> Piece:
     """Part the surface where regions ``outer`` meet ``inner``: the rims get vertices of their own and a step between.
 
-    The step has region ``edge`` and no width until one of its rims is moved.
+    The step has region ``edge`` and no width until one of its rims is moved. Raises ValueError where they do not meet.
     """
-    is_outer = np.isin(piece.region, list(outer))
-    is_inner = np.isin(piece.region, list(inner))
+    is_outer = np.isin(piece.region, outer)
+    is_inner = np.isin(piece.region, inner)
     face_of = half_edges(piece.triangles)
     rim = [(i, j) for (i, j), face in face_of.items() if is_outer[face] and is_inner[face_of.get((j, i), face)]]
+    if not rim:
+        raise ValueError(f"regions {outer} and {inner} have no line in common; expected them to meet")
     count = piece.rows.shape[0]
     twin = {vertex: count + k for k, vertex in enumerate(sorted({i for pair in rim for i in pair}))}
     lookup = np.arange(count)
@@ -151,7 +154,7 @@ def sew(piece: Piece, points: FloatArray, first: Sequence[int], second: Sequence
 
 def filled(piece: Piece, loop: Sequence[int], region: int) -> Piece:
     """A closed chain of ``borders`` (last = first) filled with a fan."""
-    fan = np.array([(loop[0], b, a) for a, b in zip(loop[1:-2], loop[2:-1], strict=True)])
+    fan = np.array([(loop[0], b, a) for a, b in pairwise(loop[1:-1])])
     region_now = np.concatenate([piece.region, np.full(len(fan), region)])
     return Piece(piece.rows, np.concatenate([piece.triangles, fan]), region_now)
 
