@@ -47,7 +47,7 @@ def pack_shapes(solids: Sequence[ConvexSolid]) -> PackedShapes:
 def penetration_m(a: ConvexSolid, b: ConvexSolid) -> float:
     """Penetration depth of two solids in metres; 0 where they touch or are apart."""
     packed = pack_shapes([a, b])
-    return float(max(0.0, _depth(packed.planes, packed.corners, packed.edges, packed.start, 0, 1, 0.0)))
+    return float(max(0.0, parting_depth(packed.planes, packed.corners, packed.edges, packed.start, 0, 1, 0.0)))
 
 
 def penetrating_pairs(solids: Sequence[ConvexSolid], owner: IntArray, limit_m: float) -> tuple[IntArray, FloatArray]:
@@ -135,12 +135,12 @@ def _depths(
 ) -> FloatArray:
     depth = np.empty(len(pairs))
     for k in range(len(pairs)):
-        depth[k] = _depth(planes, corners, edges, start, pairs[k, 0], pairs[k, 1], limit)
+        depth[k] = parting_depth(planes, corners, edges, start, pairs[k, 0], pairs[k, 1], limit)
     return depth
 
 
 @numba.njit(cache=True)
-def _depth(
+def parting_depth(
     planes: FloatArray, corners: FloatArray, edges: FloatArray, start: IntArray, i: int, j: int, limit: float
 ) -> float:
     """Shortest parting move of solids i and j; any value <= limit once one direction needs no more than the limit."""

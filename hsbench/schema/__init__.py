@@ -6,7 +6,7 @@ Frozen dataclasses that cannot be built wrong, and their plain forms (``codec``)
 from hsbench.schema.categories import CATEGORIES, STRUCTURE, Category, category
 from hsbench.schema.episode import ActivityMaps, Episode, EpisodeTruth, Frame, Frames, FramesTruth, FrameTruth
 from hsbench.schema.events import EventTable
-from hsbench.schema.occupancy import AffordanceTruth, ObjectTruth, OccupancyTruth
+from hsbench.schema.occupancy import AffordanceTruth, AffordanceVoxels, ObjectTruth, OccupancyTruth, PartAffordances
 from hsbench.schema.poses import JointState, PoseTable, TruePoseTable
 from hsbench.schema.scene import Part, Room, Scene, SceneObject
 from hsbench.schema.sensor import Sensor
@@ -24,6 +24,7 @@ __all__ = [
     "Action",
     "ActivityMaps",
     "AffordanceTruth",
+    "AffordanceVoxels",
     "Category",
     "Episode",
     "EpisodeTruth",
@@ -37,6 +38,7 @@ __all__ = [
     "ObjectTruth",
     "OccupancyTruth",
     "Part",
+    "PartAffordances",
     "PoseTable",
     "Room",
     "Scene",

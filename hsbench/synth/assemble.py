@@ -21,6 +21,7 @@ from hsbench.synth.activities import Life
 from hsbench.synth.film import Filming, room_lighting
 from hsbench.synth.people import PosePreset, capsules, observe
 from hsbench.synth.recipes import Unit
+from hsbench.truth.affordance import affordance_truth
 from hsbench.truth.evidence import first_swept
 from hsbench.truth.objects import object_truth
 from hsbench.truth.occupancy import solid_occupancy
@@ -84,6 +85,7 @@ def rgbd_episode(
         events=life.events,
         occupancy=occupancy,
         objects=object_truth(scene, image, occupancy, life.events),
+        affordance=affordance_truth(scene, config.grid),
     )
     episode_id = f"{dataset}-{unit.number:06d}"
     frames = FrameList()

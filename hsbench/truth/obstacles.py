@@ -12,7 +12,7 @@ import numba
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.separation import PackedShapes, _depth, pack_shapes
+from hsbench.geometry.separation import PackedShapes, pack_shapes, parting_depth
 from hsbench.schema.scene import Scene
 from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
 
@@ -123,7 +123,7 @@ def hits(shapes: Shapes, i: int, j: int) -> bool:
             return False
         if shapes.bounds[j, 1, axis] - shapes.bounds[i, 0, axis] <= TOUCH_M:
             return False
-    return bool(_depth(shapes.planes, shapes.corners, shapes.edges, shapes.start, i, j, TOUCH_M) > TOUCH_M)
+    return bool(parting_depth(shapes.planes, shapes.corners, shapes.edges, shapes.start, i, j, TOUCH_M) > TOUCH_M)
 
 
 @numba.njit(cache=True)

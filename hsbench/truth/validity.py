@@ -21,7 +21,7 @@ GAP_M = 0.01
 ROUNDING_M = 2e-4  # positions are quantised to .1 mm: a touch may be off by two roundings
 BODY_WIDTH_M = 0.6
 STEP_IN_M = 0.45  # a body is past a doorway when its middle is so far inside a room
-MOUNTED_ABOVE_M = 0.25  # what hangs on a wall begins higher than this; a curtain hangs, too, and reaches the floor
+MOUNTED_ABOVE_M = 0.08  # what hangs on a wall begins higher than this; a curtain hangs, too, and nearly reaches it
 DOWN, UP = np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])
 
 

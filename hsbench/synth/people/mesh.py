@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hsbench.errors import SchemaError
 from hsbench.synth.people.body import Body
 from hsbench.synth.people.bones import BONES, GIRTHED, STRETCHED, Rest, pose_frames
 from hsbench.synth.people.regions import Region
@@ -71,7 +72,9 @@ def skinned(dressed: DressedBody, joints: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=DRESSED_BODIES)
 def dressed_body(body: Body, lod: int) -> DressedBody:
-    """A body at rest at one level of detail (0..2)."""
+    """A body at rest at one level of detail. Raises SchemaError for one that is not in ``LODS``."""
+    if lod not in LODS:
+        raise SchemaError(f"lod is {lod}; expected one of {LODS} (0 is the finest)")
     stored = _asset()
     shape, row = SHAPE_OF[body.shape], stored["shapes"].tolist().index(body.shape)
     worn = dress(body.skin, body.hair, body.shirt, body.trousers, body.shoes, body.hair_style, body.sleeves, body.legs)

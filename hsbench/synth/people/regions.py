@@ -27,7 +27,8 @@ class Region(IntEnum):
     SHANK = 16
     ANKLE_EDGE = 17
     SHOE = 18
-    SKIRT = 19  # a piece of its own over the closed surface of all the others
+    SOLE = 19
+    SKIRT = 20  # a piece of its own over the closed surface of all the others
 
 
 EDGES = (

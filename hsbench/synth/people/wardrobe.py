@@ -21,7 +21,12 @@ HAIR_STYLES: tuple[Hair, ...] = get_args(Hair)
 
 # sRGB palettes. Skins and hair run from light to dark.
 SKINS: tuple[Colour, ...] = (
-    (241, 208, 184),
+    (222, 180, 156),
+    (206, 164, 134),
+    (182, 136, 104),
+    (146, 102, 74),
+    (104, 70, 50),
+    (78, 54, 42),
     (229, 188, 156),
     (205, 158, 122),
     (160, 112, 80),
@@ -32,8 +37,9 @@ HAIRS: tuple[Colour, ...] = ((186, 150, 96), (112, 78, 48), (62, 42, 30), (28, 2
 SHOES: tuple[Colour, ...] = ((30, 28, 28), (88, 58, 38), (168, 164, 158), (58, 62, 74))
 IRISES: tuple[Colour, ...] = ((70, 96, 118), (74, 58, 40), (40, 28, 22))
 DARK_HAIR = (130, 60)  # brightest channel of hair that goes with brown eyes, and with dark ones
-EYE_WHITE: Colour = (236, 232, 226)
-LIP_TINT, LIP_SHARE = (176, 72, 76), 0.45  # lips are skin with this much of this
+EYE_WHITE: Colour = (214, 208, 200)
+SOLE_TINT, SOLE_SHARE = (62, 58, 54), 0.7  # soles likewise
+LIP_TINT, LIP_SHARE = (160, 66, 70), 0.45  # lips are skin with this much of this
 SHAVED_SHARE = 0.25  # of the hair's colour on a shaved scalp
 
 # Shirts and what is worn under them.
@@ -138,6 +144,6 @@ def dress(
         Region.SHIRT: shirt, Region.NECK_EDGE: shirt, Region.SLEEVE_EDGE: shirt, Region.HEM_EDGE: shirt,
         Region.FOREARM: sleeve, Region.WRIST_EDGE: sleeve, Region.TROUSERS: trousers, Region.KNEE_EDGE: trousers,
         Region.SHANK: shank, Region.ANKLE_EDGE: shank if legs == "trousers" else shoes, Region.SHOE: shoes,
-        Region.SKIRT: trousers,
+        Region.SKIRT: trousers, Region.SOLE: blend(shoes, SOLE_TINT, SOLE_SHARE),
     }  # fmt: skip
     return Dress(tuple(layers), () if legs == "skirt" else (Region.SKIRT,), colours)

@@ -11,6 +11,7 @@ import numpy as np
 from hsbench.synth.furniture.pieces import draw, pick
 from hsbench.synth.rooms.placing import Item, Piece, Pose
 from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls, in_room, jitter
+from hsbench.synth.rooms.search import fits
 
 SEAT_PITCH_M = 0.56  # along a table, a person
 SEAT_GAP_M = (0.02, 0.07)  # table edge to seat front
@@ -36,11 +37,13 @@ def dining(ctx: Context, mode: str) -> Iterator[Proposal]:
     elif mode == "middle":
         margin = min(table.width, table.depth) / 2 + chair.depth + WALK_BEHIND_M
         for pose in in_room(ctx, rng, margin):
-            yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, open_end=True)]
+            if fits(ctx, table, pose):
+                yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, open_end=True)]
     else:
         for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M, turn=QUARTER):
-            chairs = chairs_round(ctx, table, chair, pose, rng, open_end=pick(rng, (True, False)), closed=WALL_END)
-            yield [Item(table, pose), *chairs]
+            if fits(ctx, table, pose):
+                chairs = chairs_round(ctx, table, chair, pose, rng, open_end=pick(rng, (True, False)), closed=WALL_END)
+                yield [Item(table, pose), *chairs]
     if ctx.fit == 0.0:
         yield from cramped(ctx, table, chair, rng)
 
@@ -50,15 +53,18 @@ def cramped(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) 
 
     def before() -> Iterator[Proposal]:
         for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M):
-            yield [Item(table, pose), *chairs_before(table, chair, pose, rng)]
+            if fits(ctx, table, pose):
+                yield [Item(table, pose), *chairs_before(table, chair, pose, rng)]
 
     def at_end() -> Iterator[Proposal]:
         for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M, turn=QUARTER):
-            yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, False, WALL_END)[:4]]
+            if fits(ctx, table, pose):
+                yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, False, WALL_END)[:4]]
 
     def free() -> Iterator[Proposal]:
         for pose in in_room(ctx, rng, min(table.width, table.depth) / 2 + AROUND_M):
-            yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, False)[:2]]
+            if fits(ctx, table, pose):
+                yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, False)[:2]]
 
     for turn in zip_longest(before(), at_end(), free()):
         yield from (proposal for proposal in turn if proposal is not None)

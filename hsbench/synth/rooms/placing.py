@@ -18,10 +18,11 @@ from hsbench.geometry.numerics import LENGTH_DECIMALS, quantise_angle, quantise_
 from hsbench.geometry.transforms import cos_sin, planar
 from hsbench.schema.categories import category
 from hsbench.schema.scene import Part, Room, Scene, SceneObject
+from hsbench.synth.furniture import WALL_HUNG
 from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, OPENING_ROLES, SITTING_M, SITTING_ROLES
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.occupied import BODY, KEEP_OUT, ZONE, Inside, Prisms, Taken, any_near, flood, meet
-from hsbench.synth.rooms.shell import SKIRTING_M, Shell
+from hsbench.synth.rooms.shell import SKIRTING_M, Shell, rectangles
 from hsbench.truth.walkable import (
     ENTRY_INSET_M,
     HEAD_ROOM_M,
@@ -38,6 +39,7 @@ from hsbench.typing import BoolArray, FloatArray
 APART_M = 0.005  # bodies of two objects keep this far from each other
 ON_FLOOR_M = 0.05  # what begins below this height stands on the floor and meets the skirting
 QUANTA_PER_M = 10**LENGTH_DECIMALS
+BACKING_M, BACKING_SIDE_M = (0.04, 0.05), 0.01  # behind what hangs on a wall there is wall, but for its very sides
 MAX_TRIED = 14  # arrangements of one group that get the full check
 BEDSIDE_SHARES = (0.3, 0.5)  # places along a bed's side, from its foot, where one gets in
 
@@ -168,6 +170,14 @@ class Item:
         x0, y0, _, x1, _, _ = self.piece.box
         return self.rectangle(x0, y0 - depth, x1, y0)
 
+    @cached_property
+    def backing(self) -> FloatArray | None:
+        """(4, 2) strip of the wall on which it hangs, or None for what stands."""
+        if self.piece.category_name not in WALL_HUNG:
+            return None
+        x0, _, _, x1, y1, _ = self.piece.box
+        return self.rectangle(x0 + BACKING_SIDE_M, y1 + BACKING_M[0], x1 - BACKING_SIDE_M, y1 + BACKING_M[1])
+
     @property
     def stands(self) -> bool:
         """Whether it takes floor from a body: it is no rug, and it does not hang."""
@@ -246,6 +256,7 @@ class Layout:
         self._entries = np.array([c for c in cells if c is not None], dtype=np.int64).reshape(-1, 2)
         self._reached = flood(self.walk.free, self._entries)
         self._keep_out = self.shell.keep_out(self.config.door_clear_m)
+        self._floor = Prisms.of([(corners, 0.0, 1.0) for corners in rectangles(self.shell.outline_xy)])
         self._inside = Inside(self.shell.size_m[:2], np.array(self.shell.outside).reshape(-1, 4, 2))
         self._pack()
 
@@ -283,7 +294,7 @@ class Layout:
         return []
 
     def free_of(self, item: Item, others: Sequence[Item]) -> bool:
-        """Whether an item is inside the room and hits no body, no zone and no opening's keep-out."""
+        """Whether an item is inside the room, at a wall if it hangs there, and hits no body, zone or keep-out."""
         z0, z1 = item.z_range
         if z1 > self.shell.height_m:
             return False
@@ -292,6 +303,8 @@ class Layout:
         if not self._inside.holds(corners, margin) or self._taken.meet(corners, z0, z1, top, item.stands):
             return False
         if any(meet(other.corners, *other.taken_z, corners, z0, top, APART_M) for other in others):
+            return False
+        if item.backing is not None and self._floor.meet(item.backing, 0.0, 1.0):
             return False
         zone = item.zone
         return zone is None or (self._inside.holds(zone, 0.0) and not self._standing.meet(zone, 0.0, HEAD_ROOM_M))

@@ -79,7 +79,7 @@ def test_what_is_seen_through_is_free_and_what_is_seen_is_solid(episodes: Datase
         truth = episode.truth.occupancy
         free = truth.state == VoxelState.FREE
         assert np.mean(truth.solid[free]) < 0.01
-        assert (free & deep_inside(truth.solid)).sum() < 3e-4 * free.sum()
+        assert (free & deep_inside(truth.solid)).sum() < 1e-3 * free.sum()  # among books and leaves
         assert np.mean(truth.solid[truth.state == VoxelState.SURFACE]) > 0.5
         assert not np.any(truth.ignored)
 

@@ -7,8 +7,10 @@ import pytest
 
 from hsbench.errors import SchemaError
 from hsbench.synth.people import Body, body_mesh, capsules
-from hsbench.synth.people.body import CAPSULE_JOINTS, STATURE_RANGE_M, J
+from hsbench.synth.people.body import CAPSULE_JOINTS, STATURE_RANGE_M, STATURE_SPREAD_M, J
 from hsbench.synth.people.channels import pose, standing
+from hsbench.synth.people.shapes import SHAPE_OF
+from hsbench.synth.people.wardrobe import HAIR_STYLES, LEGS, OUTFITS, SLEEVES
 
 
 def standing_joints(body: Body, yaw: float = 0.0) -> np.ndarray:
@@ -27,7 +29,26 @@ def test_centimetres_are_refused() -> None:
         Body(175.0)
 
 
-@pytest.mark.parametrize("stature", [1.55, 1.75, 1.90])
+@pytest.mark.parametrize("field", ["shape", "hair_style", "sleeves", "legs"])
+def test_unknown_looks_are_refused_with_those_there_are(field: str) -> None:
+    with pytest.raises(SchemaError, match=f"body.{field} is 'toga'; expected one of"):
+        Body(1.75, **{field: "toga"})
+
+
+def test_samples_have_the_girth_and_looks_of_their_shape() -> None:
+    bodies = [Body.sample(np.random.default_rng(seed)) for seed in range(300)]
+    assert {b.shape for b in bodies} == set(SHAPE_OF)
+    low, high = Body.GIRTH_RANGE
+    for b in bodies:
+        assert low - 1e-4 <= b.girth / SHAPE_OF[b.shape].girth <= high + 1e-4
+        assert abs(b.stature_m - SHAPE_OF[b.shape].stature_m) <= STATURE_SPREAD_M + 1e-4
+        assert (b.shirt, b.trousers) in OUTFITS
+        assert SHAPE_OF[b.shape].gender == "female" or b.legs != "skirt"
+    for field, known in (("hair_style", HAIR_STYLES), ("sleeves", SLEEVES), ("legs", LEGS)):
+        assert {getattr(b, field) for b in bodies} == set(known)
+
+
+@pytest.mark.parametrize("stature", [1.55, 1.75, 1.95])
 def test_standing_body_is_as_tall_as_it_says(stature: float) -> None:
     body = Body(stature)
     vertices, _, _ = body_mesh(body, standing_joints(body)[0])

@@ -19,6 +19,7 @@ from tests.reference.rooms_by_hand import (
     REACH_YES,
     SIT_NO,
     SIT_YES,
+    armchair_before,
     limits_of_reach,
     limits_of_sitting,
     round_stool,
@@ -91,6 +92,21 @@ def test_the_limits_of_reach():
     theirs = found.reaches(points, ids, parts)
     assert set(ids[theirs]) == set(REACH_YES)
     assert not set(REACH_NO) & set(ids[mine | theirs])
+
+
+@pytest.mark.parametrize(
+    ("clear_m", "answer"),
+    [
+        (0.34, False),
+        pytest.param(0.355, True, marks=pytest.mark.xfail(strict=True, reason="afford asks for .36 m and more")),
+        (0.38, True),
+    ],
+)
+def test_an_armchair_with_a_rounded_rim_needs_a_free_depth_of_35_cm(clear_m, answer):
+    scene = armchair_before(clear_m)
+    plan = plan_of(scene)
+    assert bool(places_of(scene, *plan, SETTLED)[1]) == answer
+    assert bool((top_down(afford(scene), *plan) >> Affordance.SITTABLE & 1).any()) == answer
 
 
 def test_a_round_stool_is_where_readers_differ():

@@ -40,24 +40,24 @@ COLLAR_RISE_M = 0.04  # a shirt stands off fully so far from it
 WRIST_SHARE = 0.93  # of the way from elbow to hand: where the sleeve ends
 SLEEVE_SHARE = 0.68  # of the way from shoulder to elbow: where a short sleeve ends
 HEM_M = 0.015  # above the hip joint
-ANKLE_M = 0.05  # above the ankle
+ANKLE_M = 0.025  # above the ankle
+SOLE_M = 0.017  # above the floor
 SKIRT_M = (0.045, -0.02)  # its top above the hip joint and its end above the knee
 NAPE_M = (0.012, 0.012)  # its end above the collar, and its front behind the ear's root
 HAIRLINE = (0.85, 0.055, 0.035)  # its slope, and where it passes above and before the head joint
-IRIS_M = 0.0062
+IRIS_M = 0.0062  # its radius
 BROW_DROP_M = 0.003  # of its ends
 BROW_M = (0.021, 0.0032, 0.012, 0.048)  # height over the eye, half thickness, from x to x
 LIPS_M, SMILE_PER_M = (0.026, 0.0085), 3.5  # half width and half height; how corners rise
 FACE_DEPTH_M = 0.03  # of the face behind the eyes
-EYE_REACH_M = 0.025
+EYE_REACH_M = 0.025  # from the middle of an eye, to the corners of its lids
 EAR_M, EAR_TIP_M = (0.030, 0.026, 0.040), 0.012  # half axes of an ear, and the part that finds it
 MOUTH_SHARES = (0.2, 0.55)  # between chin and eyes
-KNEE_M = 0.0  # above the knee
-FIELD_NOISE = 1e-7
+FIELD_NOISE = 1e-7  # what is nearer to a curve is on it
 ARM_BONES = ("upperarm", "lowerarm", "hand", "thumb", "index", "middle", "ring", "pinky")
 ARM_SHARE = 0.5  # of a vertex's weights that make it one of the arm
 
-# Thickness of clothes and hair over the skin, in metres.
+# Thickness of clothes and hair over the skin, in metres: chosen by eye, as are the curves above.
 SHIRT_M, SHIRT_HEM_M, SHIRT_CUFF_M, COLLAR_M = 0.006, 0.012, 0.011, 0.004
 SLEEVE_M, TROUSERS_M, TROUSERS_END_M, SHOE_M = 0.007, 0.006, 0.016, 0.006
 SKIRT_TOP_OUT_M, SKIRT_OUT_M, SKIRT_FADE_M, THIGH_IN_M = -0.025, 0.016, 0.12, -0.02  # thighs draw in under a skirt
@@ -177,16 +177,17 @@ def clothes(at: Landmarks) -> Piece:
     piece = Piece.of(len(at.base), at.human.triangles("helper-tights"), Region.SHIRT)
     above_ankle = piece.at(at.base)[:, 2] > at.joint("l-ankle")[2] + ANKLE_M
     piece = left_half(at, smoothed(piece, CLOTH_SHARE * above_ankle, CLOTH_ROUNDS))
-    hip, knee, ankle = (at.joint(name)[2] for name in ("l-upper-leg", "l-knee", "l-ankle"))
+    hip, knee, ankle, floor = (at.joint(name)[2] for name in ("l-upper-leg", "l-knee", "l-ankle", "ground"))
     fields: tuple[Callable[[FloatArray, BoolArray], FloatArray], ...] = (
         lambda p, arm: at.outside_collar(p),
         lambda p, arm: np.where(arm, WRIST_SHARE - at.along(p, "l-elbow", "l-hand"), 1.0),
         lambda p, arm: np.where(arm, SLEEVE_SHARE - at.along(p, "l-shoulder", "l-elbow"), 1.0),
         lambda p, arm: np.where(arm, 1.0, p[:, 2] - hip - HEM_M),
-        lambda p, arm: np.where(arm, 1.0, p[:, 2] - knee - KNEE_M),
+        lambda p, arm: np.where(arm, 1.0, p[:, 2] - knee),
         lambda p, arm: np.where(arm, 1.0, p[:, 2] - ankle - ANKLE_M),
+        lambda p, arm: np.where(arm, 1.0, p[:, 2] - floor - SOLE_M),
     )
-    regions = (None, None, Region.FOREARM, Region.TROUSERS, Region.SHANK, Region.SHOE)
+    regions = (None, None, Region.FOREARM, Region.TROUSERS, Region.SHANK, Region.SHOE, Region.SOLE)
     for field, region in zip(fields, regions, strict=True):
         piece = cut(piece, field(piece.at(at.base), at.on_arm(piece)))
         negative = field(piece.at(at.base), at.on_arm(piece))[piece.triangles].min(axis=1) < -FIELD_NOISE
@@ -322,7 +323,7 @@ def thickness(at: Landmarks, piece: Piece) -> FloatArray:
         "sleeves": np.where(region == Region.FOREARM, sleeve, 0),
         "shorts": np.where(region == Region.TROUSERS, trousers, 0),
         "trousers": np.where(region == Region.SHANK, trousers, 0),
-        "shoes": np.where(region == Region.SHOE, SHOE_M * (1 - down), 0),
+        "shoes": np.where(np.isin(region, (Region.SHOE, Region.SOLE)), SHOE_M * (1 - down), 0),
         "skirt": np.where(region == Region.SKIRT, flare, np.where(region == Region.TROUSERS, drawn_in, 0)),
         "short_hair": np.where(region == Region.SCALP, short, 0),
         "long_hair": np.where(np.isin(region, (Region.SCALP, Region.NAPE)), long, 0),

