@@ -17,15 +17,18 @@ from hsbench.synth.furniture import COMMON_FAMILIES, NOVEL_FAMILIES
 from hsbench.synth.people import PosePreset
 from hsbench.synth.placement import CameraConfig, place_rgbd
 from hsbench.synth.recipes import Unit
-from hsbench.synth.rooms import COMMON_TEMPLATES, NOVEL_TEMPLATES, RoomConfig, build_scene
+from hsbench.synth.rooms import COMMON_TEMPLATES, NOVEL_TEMPLATES, TEMPLATES, RoomConfig, build_scene
 from hsbench.synth.rooms.templates import even_weights
+
+ROOM_TYPES = ("living", "bedroom", "dining", "study", "kitchen", "office", "meeting")  # room enough for a life
 
 
 def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
     """The one episode of a unit."""
     novel = unit.split == "test-novel"
     room = settings(RoomConfig, config["room"], "room")
-    room = replace(room, templates=even_weights(NOVEL_TEMPLATES if novel else COMMON_TEMPLATES))
+    templates = NOVEL_TEMPLATES if novel else COMMON_TEMPLATES
+    room = replace(room, templates=even_weights(tuple(t for t in templates if TEMPLATES[t].room_type in ROOM_TYPES)))
     scene = build_scene(unit.scene_id, unit.seeds.child("room"), room, NOVEL_FAMILIES if novel else COMMON_FAMILIES)
     life_config = settings(LifeConfig, config["life"], "life")
     life = live(scene, unit.seeds.child("life"), life_config)

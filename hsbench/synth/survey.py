@@ -150,7 +150,7 @@ def promises(found: list[Surveyed]) -> tuple[Promise, ...]:
         Promise("doors a body of 0.6 m cannot pass", str(doors), doors == 0),
         _share("parts with a functional role usable", [s.uses.functional for s in found]),
         _share("seats usable", [s.uses.seats for s in found]),
-        Promise("parts for hands reached without bending down", _counted([s.uses.upright for s in found])[0], True),
+        Promise("parts for hands reached upright (task affordance-topdown)", _counted([s.uses.upright for s in found])[0], True),
         Promise("categories that never appear", ", ".join(missing) or "none", not missing),
     ]
     if len(seconds):

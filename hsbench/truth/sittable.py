@@ -51,7 +51,7 @@ FRONT = ((0.0, -1.0),)
 SIDES = ((0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0))
 STEP_ALONG_M = 0.01
 STEP_BACK_M = 0.05
-STEP_AHEAD_M = 0.025
+STEP_AHEAD_M = 0.005
 STEP_PULL_M = 0.01
 SLACK_M = 1e-6  # lengths that differ by less are equal, so that the last bits of a turn decide nothing
 

@@ -1,7 +1,7 @@
 """Whether what a scene offers can be used: seats sat on, handles and shelves reached by somebody who lives there.
 
-Sitting, lying and reach are those of ``affordance``. Reach there is of people who stand or sit; people who look after a
-low drawer also bend and squat, so here a hand also reaches from ``BENT_SHOULDERS_M`` above a walkable cell.
+Sitting, lying and reach are those of ``affordance``. Reach there is of people who stand or sit upright. People at home
+also squat and bend before a low drawer, and lean over a desk to open a window, so here arms also begin there.
 """
 
 from __future__ import annotations
@@ -9,15 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from hsbench.geometry.transforms import apply
 from hsbench.schema.scene import Part, Scene, SceneObject
 from hsbench.schema.states import Affordance
 from hsbench.truth.affordance import TOP_HEIGHT_M, AffordanceScene, afford, part_affordances
 from hsbench.truth.reach import Shoulders, reached
+from hsbench.truth.walkable import walk_map
 from hsbench.typing import BoolArray
 
-BENT_SHOULDERS_M = (0.6, 1.0)  # of who squats and who bends; our default
+BENT_SHOULDERS_M = (0.6, 1.0)  # height over a walkable cell of who squats and who bends; our default
+LEAN_M, LEANING_SHOULDER_M = 0.25, 1.3  # a torso of .5 m leant forward by 30 degrees; our default
+CHEST_M, CHEST_HEIGHTS_M = 0.1, (1.1, 1.45)  # half depth and heights of what must find room above the furniture
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,7 @@ class Uses:
     """(good, all) parts of a scene by what is asked of them.
 
     functional: usable parts with a functional role. seats: usable ones of role ``seat``. upright: parts for hands that
-    are reached without bending, as task affordance-topdown has it. unusable: the names of those that are of no use.
+    are reached upright, as task affordance-topdown has it. unusable: the names of those that are of no use.
     """
 
     functional: tuple[int, int]
@@ -46,7 +50,7 @@ def uses(scene: Scene) -> Uses:
     parts = [(item, part) for item in scene.objects for part in item.parts]
     roles = np.array([_role(item, part) for item, part in parts])
     seat, mattress, functional = roles == "seat", roles == "mattress", roles != ""
-    usable = np.select([seat, mattress], [sit, sit | lie], touch | _bent_reach(found))
+    usable = np.select([seat, mattress], [sit, sit | lie], touch | _stretched_reach(found))
     usable |= _twins(parts, roles, usable)
     hand = functional & ~seat & ~mattress
     unusable = tuple(
@@ -65,10 +69,15 @@ def _role(item: SceneObject, part: Part) -> str:
     return part.role or ""
 
 
-def _bent_reach(found: AffordanceScene) -> BoolArray:
-    """(P,) bool: the parts that somebody who bends or squats on a walkable cell reaches."""
-    cells = found.walk.centres()[found.walk.free]
-    shoulders = tuple(Shoulders(np.column_stack([cells, np.full(len(cells), z)])) for z in BENT_SHOULDERS_M)
+def _stretched_reach(found: AffordanceScene) -> BoolArray:
+    """(P,) bool: the parts that somebody who squats, bends or leans forward on a walkable cell reaches."""
+    walk = found.walk
+    low_m, high_m = CHEST_HEIGHTS_M
+    room_above = walk_map(found.scene, radius_m=CHEST_M, step_m=low_m, head_room_m=high_m).free
+    near = ndimage.distance_transform_edt(~walk.free) * walk.cell_m <= LEAN_M
+    places = [*((walk.free, z) for z in BENT_SHOULDERS_M), (near & room_above, LEANING_SHOULDER_M)]
+    centres = walk.centres()
+    shoulders = tuple(Shoulders(np.column_stack([centres[at], np.full(at.sum(), z)])) for at, z in places)
     patches = found.patches
     normals = patches.normal[patches.face]
     touched = reached(patches.point, normals, patches.owner, found.obstacles, shoulders)

@@ -134,13 +134,17 @@ def connected(walk: WalkMap, from_xy: FloatArray) -> BoolArray:
 
 
 def door_entries(scene: Scene, inset_m: float = ENTRY_INSET_M) -> FloatArray:
-    """(D, 2) a point in front of each side of every door and passage that lies at a room, ``inset_m`` inside it."""
-    entries = [way.feet + inset_m * way.inward for way in doorways(scene)]
+    """(D, 2) a point in front of each side of every door that lies at a room, ``inset_m`` inside it.
+
+    A passage without a leaf is no door: it is walked through or it leads nowhere.
+    """
+    doors = {item.object_id for item in scene.objects if item.category_name == "door"}
+    entries = [way.feet + inset_m * way.inward for way in doorways(scene) if way.object_id in doors]
     return np.concatenate([np.empty((0, 2)), *entries])
 
 
 def connected_to_doors(walk: WalkMap, scene: Scene) -> BoolArray:
-    """(nx, ny) bool: the free cells one can walk to from any door or passage of the scene."""
+    """(nx, ny) bool: the free cells one can walk to from any door of the scene."""
     return _connected(walk, door_entries(scene))
 
 

@@ -74,7 +74,7 @@ def round_stool(number, x, y, diameter):
 
 
 def armchair_before(clear_m) -> Scene:
-    """5 x 5 m, an armchair (id 10) whose seat's rim is rounded by 3 cm, and a block ``clear_m`` in front of the seat."""
+    """5 x 5 m, an armchair (id 10) with a seat rounded by 3 cm, and a block ``clear_m`` in front of the seat."""
     outline = np.array([[-0.3, -0.3], [0.3, -0.3], [0.3, 0.3], [-0.3, 0.3]])
     chair = (
         Part("seat", GREY, "seat", frustum(outline, 0.9 * outline, 0.3, 0.42)),

@@ -67,6 +67,7 @@ POT_SHARE = 0.6  # of hobs with a pot on a plate
 POT_TURN_DEG = 12.0
 CUSHION_SHARE: Mapping[str, float] = {"sofa": 0.7, "bed": 0.35}
 CUSHION_TURN_DEG = 4.0  # it stands on its edge, so that one can sit before it
+SIT_BEFORE_M = 0.4  # depth of a seat before a cushion: a patch of .35 m and the bevel of its edge
 CUSHION_GAP_M = 0.01  # to the back of a sofa or the pillows of a bed
 
 
@@ -176,4 +177,6 @@ def _cushions(room: _Room, carrier: Carrier, rng: np.random.Generator) -> None:
         piece, yaw = room.piece("cushion", rng), jitter(rng, CUSHION_TURN_DEG)
         low, high = seat.vertices.min(axis=0), seat.vertices.max(axis=0)
         y = float(high[1]) - float(half_size(piece, yaw)[1]) - CUSHION_GAP_M
+        if seats and y - half_size(piece, yaw)[1] - low[1] < SIT_BEFORE_M:
+            continue
         carrier.put(room.layout, seat, piece, Pose(float(low[0] + high[0]) / 2, y, yaw), lying=True)

@@ -98,7 +98,7 @@ def test_the_limits_of_reach():
     ("clear_m", "answer"),
     [
         (0.34, False),
-        pytest.param(0.355, True, marks=pytest.mark.xfail(strict=True, reason="afford asks for .36 m and more")),
+        (0.355, True),
         (0.38, True),
     ],
 )

@@ -70,7 +70,6 @@ def test_walkable_cells_on_both_sides_of_an_opening(shut):
     agree(two_rooms(0.9, shut))
 
 
-@pytest.mark.xfail(strict=True, reason="walk_map's side takes a passage for a door: nobody gets into the second room")
 def test_a_room_behind_a_passage_too_narrow_for_a_body():
     agree(two_rooms(0.45))
 
