@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 JOBS   ?= 2
 
-.PHONY: setup demo test lint docs bench clean help
+.PHONY: setup demo test test-slow lint docs bench clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -25,8 +25,12 @@ $(STAMP): pyproject.toml constraints.txt
 demo: $(STAMP) ## generate rooms, run baselines, score, and write demo/report.html (a few minutes)
 	$(BIN)/hsbench demo --out demo
 
-test: $(STAMP) ## run the test suite
-	$(BIN)/python -m pytest -n $(JOBS)
+test: $(STAMP) ## run the test suite (minutes)
+	$(BIN)/python -m pytest -n $(JOBS) -m "not slow"
+
+test-slow: $(STAMP) ## run the slow tests besides, and check 100 generated scenes
+	$(BIN)/python -m pytest -n $(JOBS) -m slow
+	$(BIN)/hsbench verify --scenes 100 --workers $(JOBS)
 
 lint: $(STAMP) ## ruff and mypy --strict
 	$(BIN)/ruff check .

@@ -1,38 +1,44 @@
-"""What generated scenes are like, in numbers and plots: ``python docs/examples/scene_statistics.py OUT [N]``.
+"""What generated scenes are like, in numbers and plots.
 
-Writes scene-statistics.png and prints the tables of docs/data/scenes.md. Building and examining 1000 scenes takes
-about 20 minutes on one core.
+    hsbench verify --scenes 1000 --workers 2 --json > scenes.json
+    python docs/examples/scene_statistics.py scenes.json OUT
+
+Writes OUT/scene-statistics.png and prints the tables of docs/data/scenes.md.
 """
 
+import json
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from hsbench.synth.survey import Surveyed, survey
-
 BLUE, SAND = "#3b6ea5", "#d9b26f"
 
 
-def main(out: Path, count: int) -> None:
-    found = list(survey(range(count), seed=0))
-    rooms = [(kind, m2, n) for s in found for kind, m2, n in zip(s.room_types, s.room_m2, s.furniture, strict=True)]
-    print("| room | rooms | floor, m2 (median, 5-95 %) | furniture (median, 5-95 %) |\n|---|---|---|---|")
+def main(survey: Path, out: Path) -> None:
+    found = json.loads(survey.read_text(encoding="utf-8"))
+    print("| promise | found |\n|---|---|")
+    for line in found["promises"]:
+        print(f"| {line['name']} | {line['measured']}{'' if line['kept'] else ' (not kept)'} |")
+    scenes = found["scenes"]
+    rooms = [r for s in scenes for r in zip(s["room_types"], s["room_m2"], s["furniture"], strict=True)]
+    print("\n| room | rooms | floor, m2 (median, 5-95 %) | furniture (median, 5-95 %) |\n|---|---|---|---|")
     for kind in sorted({kind for kind, _, _ in rooms}):
         area = np.array([m2 for k, m2, _ in rooms if k == kind])
         furniture = np.array([n for k, _, n in rooms if k == kind])
         print(f"| {kind} | {len(area)} | {spread(area, 1)} | {spread(furniture, 0)} |")
-    categories = Counter({name: 0 for s in found for name, _ in s.categories})
-    for s in found:
-        categories.update(dict(s.categories))
-    print("\n| category | objects | size l x w x h, m (medians) |\n|---|---|---|")
+    categories: Counter[str] = Counter()
+    for s in scenes:
+        categories.update(dict(s["categories"]))
+    print("\n| category | objects | l x w x h, m (medians) |\n|---|---|---|")
     for name, number in categories.most_common():
-        sizes = np.array([size for s in found for kind, *size in s.sizes_m if kind == name])
-        text = " x ".join(f"{v:.2f}" for v in np.median(sizes, axis=0)) if len(sizes) else ""
-        print(f"| {name} | {number} | {text} |")
-    plot(found, rooms, out / "scene-statistics.png")
+        sizes = np.array([size for s in scenes for kind, *size in s["sizes_m"] if kind == name])
+        if len(sizes):
+            print(f"| {name} | {number} | {' x '.join(f'{v:.2f}' for v in np.median(sizes, axis=0))} |")
+    plot(scenes, rooms, out / "scene-statistics.png")
 
 
 def spread(values: np.ndarray, digits: int) -> str:
@@ -40,23 +46,23 @@ def spread(values: np.ndarray, digits: int) -> str:
     return f"{middle:.{digits}f} ({low:.{digits}f}-{high:.{digits}f})"
 
 
-def plot(found: list[Surveyed], rooms: list[tuple[str, float, int]], path: Path) -> None:
+def plot(scenes: list[dict[str, Any]], rooms: list[tuple[str, float, int]], path: Path) -> None:
     figure, axes = plt.subplots(2, 2, figsize=(10, 6.4), layout="constrained")
     kinds = sorted({kind for kind, _, _ in rooms})
-    axes[0, 0].boxplot([[n for k, _, n in rooms if k == kind] for kind in kinds], tick_labels=kinds, showfliers=False)
-    axes[0, 0].set_title("furniture in a room")
-    axes[0, 0].tick_params(axis="x", rotation=35)
-    axes[0, 1].boxplot([[m2 for k, m2, _ in rooms if k == kind] for kind in kinds], tick_labels=kinds, showfliers=False)
-    axes[0, 1].set_title("floor of a room, m2")
-    axes[0, 1].tick_params(axis="x", rotation=35)
-    axes[1, 0].hist([s.free_floor for s in found], bins=30, color=BLUE)
+    for axis, column, title in ((axes[0, 0], 2, "furniture in a room"), (axes[0, 1], 1, "floor of a room, m2")):
+        axis.boxplot(
+            [[r[column] for r in rooms if r[0] == kind] for kind in kinds], tick_labels=kinds, showfliers=False
+        )
+        axis.set_title(title)
+        axis.tick_params(axis="x", rotation=35)
+    axes[1, 0].hist([s["free_floor"] for s in scenes], bins=30, color=BLUE)
     axes[1, 0].set_title("share of the floor where a body can stand")
-    axes[1, 1].hist([s.occluded for s in found if s.occluded is not None], bins=30, color=SAND)
-    axes[1, 1].set_title("share of furniture in view that is partly or fully occluded")
+    axes[1, 1].hist([s["occluded"] for s in scenes if s["occluded"] is not None], bins=30, color=SAND)
+    axes[1, 1].set_title("share of furniture in view that is mostly hidden")
     for axis in axes[1]:
         axis.set_ylabel("scenes")
     figure.savefig(path, dpi=110)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 1000)
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -92,7 +92,9 @@ def rgbd_episode(
     if unit.renderer is not None:
         noise_seed = int(seeds.rng("depth-noise").integers(2**62))
         stamps = _frame_times(end_ns if unit.frames == "all" else 1, config.frame_rate_hz)
-        filming = Filming(scene, life.bodies, true, sensor, unit.renderer, room_lighting(scene, sensor.world_T_camera[:2, 3]))
+        filming = Filming(
+            scene, life.bodies, true, sensor, unit.renderer, room_lighting(scene, sensor.world_T_camera[:2, 3])
+        )
         frames = _film(filming, stamps, episode_id, noise_seed, config.depth_noise)  # type: ignore[assignment]
     return Episode(episode_id, dataset, sensor, frames, observed, 0, end_ns, truth=truth)
 

@@ -80,7 +80,11 @@ def surveyed(number: int, seed: int) -> Surveyed:
     start = time.perf_counter()
     scene = drawn_scene(number, seed)
     seconds = time.perf_counter() - start
-    boxes = [(o.category_name, float(o.box[3]), float(o.box[4]), float(o.box[5])) for o in scene.objects if o.category.group == "furniture"]
+    boxes = [
+        (o.category_name, float(o.box[3]), float(o.box[4]), float(o.box[5]))
+        for o in scene.objects
+        if o.category.group == "furniture"
+    ]
     return Surveyed(
         number,
         number % SINGLE_EVERY == 0,
@@ -150,7 +154,11 @@ def promises(found: list[Surveyed]) -> tuple[Promise, ...]:
         Promise("doors a body of 0.6 m cannot pass", str(doors), doors == 0),
         _share("parts with a functional role usable", [s.uses.functional for s in found]),
         _share("seats usable", [s.uses.seats for s in found]),
-        Promise("parts for hands reached upright (task affordance-topdown)", _counted([s.uses.upright for s in found])[0], True),
+        Promise(
+            "parts for hands reached upright (task affordance-topdown)",
+            _counted([s.uses.upright for s in found])[0],
+            True,
+        ),
         Promise("categories that never appear", ", ".join(missing) or "none", not missing),
     ]
     if len(seconds):

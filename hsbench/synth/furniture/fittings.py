@@ -153,11 +153,11 @@ def tap(
     arch = [(0.0, top - 0.06), (0.25, top), (0.75, top), (1.0, top - 0.06)]
     points = [(x + dx * reach_m * share, y + dy * reach_m * share, height) for share, height in arch]
     *bend, end = pairwise(points)
-    lever = [(x - dy * r, y + dx * r, z + h) for r, h in ((0.01, 0.06), (0.075, 0.085))]
+    inner, outer = ((x - dy * r, y + dx * r, z + h) for r, h in ((0.01, 0.06), (0.075, 0.085)))
     return [
         rod("column", STEEL, (x, y), 0.024, z, z + 0.02, sides=10),
         rod("stem", STEEL, (x, y), 0.013, z + 0.02, top - 0.06, sides=8),
         *(pole("spout", STEEL, a, b, 0.012, sides=6) for a, b in bend),
         pole("tap", STEEL, *end, 0.012, sides=6, role="tap"),
-        pole("lever", STEEL, *lever, 0.008, 0.8, 6),
+        pole("lever", STEEL, inner, outer, 0.008, 0.8, 6),
     ]

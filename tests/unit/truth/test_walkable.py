@@ -170,8 +170,11 @@ def test_a_doorway_joins_two_rooms(turned: bool) -> None:
     expected = floor.contains(centres) & (floor.boundary.distance(centres) > 0.25)
     differing = walk.free != expected
     assert (np.abs(floor.boundary.distance(centres[differing]) - 0.25) < 1e-6).all()
-    assert np.array_equal(connected_to_doors(walk, scene), walk.free)
     assert walk.free.any()
+    assert not connected_to_doors(walk, scene).any(), "a passage alone lets nobody in"
+    entrance = framed(2, 8.2, 1.3, THROUGH, LEAF)
+    home = Scene("s", scene.rooms, 2.5, (scene.objects[0], entrance.moved(TURN) if turned else entrance))
+    assert np.array_equal(connected_to_doors(walk, home), walk.free), "through the passage"
 
 
 def test_a_leaf_closes_a_doorway_until_it_stands_open() -> None:
