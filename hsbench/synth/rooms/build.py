@@ -46,8 +46,21 @@ def draw_templates(seeds: Seeds, plan: FloorPlan, config: RoomConfig) -> tuple[s
         own = tuple((name, w) for name, w in weights if TEMPLATES[name].room_type == room.room_type)
         if not own:
             raise SchemaError(f"room.templates has none for a {room.room_type}; expected one for each type of room")
-        found.append(weighted(seeds.rng(f"template-{i}"), own))
+        cooks = room.room_type == _cooking_room(plan)
+        fitting = tuple((name, w) for name, w in own if has_kitchen(name) == cooks)
+        found.append(weighted(seeds.rng(f"template-{i}"), fitting or own))
     return tuple(found)
+
+
+def has_kitchen(template_name: str) -> bool:
+    """Whether every room of a template holds a kitchen line."""
+    return any(all(o.startswith("kitchen") for o in group.split("|")) for group in TEMPLATES[template_name].core)
+
+
+def _cooking_room(plan: FloorPlan) -> str:
+    """The type of the one room of a home where people cook: a kitchen, else the dining or living room."""
+    types = [room.room_type for room in plan.rooms]
+    return next((kind for kind in ("kitchen", "dining", "living") if kind in types), "")
 
 
 def divided(weights: Weights, share: float) -> Weights:

@@ -30,7 +30,7 @@ class RoomConfig:
     windows: tuple[int, int] = (1, 2)
     templates: tuple[tuple[str, float], ...] = even_weights(COMMON_TEMPLATES)
     """Arrangement templates with their weights; the novel ones are kept for test-novel."""
-    divider_share: float = 0.25
+    divider_share: float = 0.12
     """Share of rooms divided by shelves or a sofa, where the type has such templates: they hide what is behind."""
     extras: tuple[int, int] = (3, 5)
     """Fewest and most optional groups that are tried after those of the template."""

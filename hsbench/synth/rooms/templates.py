@@ -32,7 +32,7 @@ _KITCHEN = ("waste_bin", "plant", "stool")
 _BATHROOM = ("washing_machine", "bathroom_cabinet", "laundry_basket", "towel_rail", "waste_bin", "stool", "plant")
 _OFFICE = ("desk:wall", "filing_cabinet", "bookshelf", "whiteboard", "coat_rack", "waste_bin", "plant", "reading")
 _MEETING = ("water_cooler", "sideboard", "plant", "coat_rack", "waste_bin", "plant", "shelf")
-_CORRIDOR = ("coat_rack", "mirror", "bench", "shoe_cabinet", "storage_box", "plant")
+_CORRIDOR = ("coat_rack", "mirror", "bench", "shoe_cabinet")
 
 TEMPLATES: dict[str, Template] = {
     "living_wall": Template("living", ("media:wall", "bookshelf|sideboard"), _LIVING),
@@ -90,7 +90,7 @@ FILLERS_OF: dict[str, tuple[str, ...]] = {
     "bathroom": ("waste_bin", "laundry_basket", "stool", "towel_rail"),
     "office": ("plant", "waste_bin", "shelf", "coat_rack", "filing_cabinet"),
     "meeting": ("plant", "waste_bin", "shelf", "coat_rack"),
-    "corridor": ("shelf", "storage_box", "stool"),
+    "corridor": ("shelf",),
 }
 """Room type -> small groups that bring a sparse room up to its least number of objects."""
 
