@@ -1,4 +1,4 @@
-"""Make the pictures of docs/images. Usage: make_pictures.py DATA_FOLDER OUT_FOLDER (data: rgbd-activity, split val)"""
+"""Make the pictures of docs/images. Usage: make_pictures.py DATA OUT NUMBER (an episode of the split val)"""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from hsbench.tasks.scene_completion import GRID
 from hsbench.viz.pictures import (
     beside,
     depth_picture,
+    fitted,
     footprint,
     instance_picture,
     plan_picture,
@@ -25,12 +26,13 @@ from hsbench.viz.pictures import (
     truth_voxels,
 )
 
+HEIGHT_PX = 420  # of the row that the README shows
 PERSON = 60000  # instance ids above it are people
 PERSON_SHARE = 0.06  # of the picture: somebody in full view, not against the lens
 
 
-def main(data: Path, out: Path, number: int = 0) -> None:
-    """Three pictures of one episode: what is given, what is hidden, what carving makes of it."""
+def main(data: Path, out: Path, number: int) -> None:
+    """Pictures of one episode: what is given, what is hidden, what carving makes of it."""
     out.mkdir(parents=True, exist_ok=True)
     episode = hsbench.load(data, "val", truth=True)[number]
     truth, config = episode.truth, CarveConfig()
@@ -46,13 +48,16 @@ def main(data: Path, out: Path, number: int = 0) -> None:
 
     activity = recognise(episode.poses, config)
     maps = activity_maps(activity, GRID, config)
-    write_png(out / "activity.png", plan_picture(GRID, maps.stand, maps.sit, footprint(truth.occupancy), scale=3))
+    plan = plan_picture(GRID, maps.stand, maps.sit, footprint(truth.occupancy), scale=3)
+    write_png(out / "activity.png", plan)
 
     states = voxel_states(episode.sensor, GRID, episode.frames[0].depth_m)
     carved = carve(states, maps, activity, GRID, config)
     all_solid = np.isin(states, (VoxelState.SURFACE, VoxelState.OCCLUDED))
     row = [truth_voxels(truth.occupancy), *(prediction_voxels(truth.occupancy, p) for p in (all_solid, carved))]
-    write_png(out / "completion.png", beside(trimmed(row)))
+    row = trimmed(row)
+    write_png(out / "completion.png", beside(row))
+    write_png(out / "demo.png", beside([fitted(p, HEIGHT_PX) for p in (frame.rgb, plan, *row[1:])]))
 
 
 def smaller(picture: np.ndarray, factor: float) -> np.ndarray:
@@ -69,4 +74,4 @@ def trimmed(pictures: list[np.ndarray], margin_px: int = 12) -> list[np.ndarray]
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))
