@@ -5,6 +5,7 @@ from __future__ import annotations
 import colorsys
 import json
 import math
+import os
 from functools import cache
 from itertools import combinations, product
 from pathlib import Path
@@ -53,7 +54,8 @@ GROWN = {"plant": ("stem", "leaf", "soil", "pot"), "books": ("pages",), "clutter
 MOST_PARTS, MEDIAN_PARTS, MOST_TRIANGLES = 60, 20, 1500
 NOT_MEASURED = ("handle", "tap", "spout", "column", "pipe", "mount", "stem", "lever", "flower")
 """What the ranges of sizes leave out (plants and radiators are measured whole)."""
-REAL_SIZES = Path("/work/shared/realdata/scenes3d/procthor/asset-database.json")
+REALDATA = Path(os.environ.get("HSBENCH_REALDATA", Path(__file__).parents[4] / "shared" / "realdata"))
+REAL_SIZES = REALDATA / "scenes3d" / "procthor" / "asset-database.json"
 SEATS = ("sofa", "armchair", "chair", "office_chair", "stool", "bench", "ottoman", "toilet", "bar_stool")
 
 
