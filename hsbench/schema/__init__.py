@@ -6,6 +6,7 @@ Frozen dataclasses that cannot be built wrong, and their plain forms (``codec``)
 from hsbench.schema.categories import CATEGORIES, STRUCTURE, Category, category
 from hsbench.schema.episode import ActivityMaps, Episode, EpisodeTruth, Frame, Frames, FramesTruth, FrameTruth
 from hsbench.schema.events import EventTable
+from hsbench.schema.motions import ObjectMotions
 from hsbench.schema.occupancy import AffordanceTruth, AffordanceVoxels, ObjectTruth, OccupancyTruth, PartAffordances
 from hsbench.schema.poses import JointState, PoseTable, TruePoseTable
 from hsbench.schema.scene import Part, Room, Scene, SceneObject
@@ -35,6 +36,7 @@ __all__ = [
     "Frames",
     "FramesTruth",
     "JointState",
+    "ObjectMotions",
     "ObjectTruth",
     "OccupancyTruth",
     "Part",

@@ -56,15 +56,25 @@ def iou_without_border(truth, other):
     return both / either if either else 1.0
 
 
-def agree(scene, count, seed=0):
-    """Compare sittable cells, and ``count`` points a functional part; both sides stand on the same grid of cells."""
+def compared(scene, count, seed=0):
+    """Compare sittable cells, then ``count`` points a functional part: (N,) bool of the oracle and (N,) bool of ours.
+
+    Both sides stand on the same grid of cells.
+    """
     found = afford(scene)
     walk, places = places_of(scene, found.walk.origin_xy, found.walk.free.shape)
     plan = plan_of(scene)
     theirs = top_down(found, *plan) >> Affordance.SITTABLE & 1 == 1
     assert iou_without_border(sittable(scene, places, *plan), theirs) >= IOU
     ids, parts, points, mine = reached(scene, walk, places, count, np.random.default_rng(seed))
-    theirs = found.reaches(points, ids, parts)
+    return mine, found.reaches(points, ids, parts)
+
+
+def agree(scenes, count):
+    """Precision and recall of reached points over all parts of some scenes: the points of one part stand or fall
+    together, so that a room of a dozen parts is too small a sample.
+    """
+    mine, theirs = (np.concatenate(found) for found in zip(*(compared(s, count) for s in scenes), strict=True))
     assert mine.any()
     assert (mine & theirs).sum() >= PRECISION * theirs.sum()
     assert (mine & theirs).sum() >= RECALL * mine.sum()
@@ -118,9 +128,14 @@ def test_a_round_stool_is_where_readers_differ():
 
 
 def test_a_room_made_by_hand():
-    agree(living_room(1).moved(TURN), 100)
+    agree([living_room(1).moved(TURN)], 100)
 
 
-@pytest.mark.parametrize("number", [4, *(pytest.param(i, marks=pytest.mark.slow) for i in range(24) if i != 4)])
-def test_generated_rooms(number):
-    agree(generated(number), 20)
+def test_a_generated_room():
+    agree([generated(4)], 20)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", [0, 6, 12, 18])
+def test_generated_rooms(first):
+    agree([generated(i) for i in range(first, first + 6)], 20)
