@@ -4,9 +4,9 @@
     python real_detector.py detect OUT           with mediapipe 0.10.21 and nothing of hsbench: the table
 
 Frames come from simulated lives in furnished rooms: one person, 2-5 m away, wholly in the picture, nothing before them.
-As many frames are taken of each of 3 postures x 8 headings,
-of each at most one a life; people who sit with their back to the camera are rare, for chairs hide them. The error of a joint is its distance in the picture, in
-metres at the joint's true depth; hsbench's joints lie inside limbs, where the detector was taught to put them too.
+As many frames are taken of each of 3 postures x 8 headings, of each at most one a life; people who sit with their back
+to the camera are rare, for chairs hide them. The error of a joint is its distance in the picture, in metres at the
+joint's true depth; hsbench's joints lie inside limbs, where the detector was taught to put them too.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Generating a data set: units in any order, on any number of processes, resumable, the same bytes.
 
-A unit is built in a temporary folder and renamed into place, so a kill at any moment costs at most the
+A unit's episodes are built in a temporary folder and renamed into place, so a kill at any moment costs at most the
 units under way; running the same command again makes what is missing.
 """
 
@@ -18,6 +18,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from multiprocessing import active_children, get_context
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any
 
@@ -126,15 +127,25 @@ def _remove_leftovers(out: Path) -> None:
 
 
 def make_unit(job: Job, unit: tuple[int, str], out: Path) -> list[str]:
-    """Make one unit and return the ids of its episodes. A failure names recipe, seed and scene number."""
+    """Make one unit and return the ids of its episodes. A failure names recipe, seed and scene number.
+
+    The first episode bears the unit's own name and takes its place last: where it is, the whole unit is.
+    """
     number, split = unit
     renderer = None if job.frames == "none" else _renderer(job.renderer).name
-    made = []
-    with _named(job, number):
+    episodes, unit_name = out / EPISODES_FOLDER, episode_id(find_recipe(job.recipe).name, number)
+    made: list[str] = []
+    with _named(job, number), TemporaryDirectory(prefix=".unit-", suffix=".part", dir=episodes) as staging:
         for episode in _built(job, unit):
-            folder = out / EPISODES_FOLDER / episode.episode_id
-            write_episode(folder, episode, f"scene-{number:06d}", split, renderer)
+            write_episode(Path(staging) / episode.episode_id, episode, f"scene-{number:06d}", split, renderer)
             made.append(episode.episode_id)
+        if made[:1] != [unit_name]:
+            raise DataError(
+                f"its first episode is {made[:1]}; expected {unit_name!r} (further ones may be called anything)"
+            )
+        for name in reversed(made):
+            shutil.rmtree(episodes / name, ignore_errors=True)  # left by a run that was killed between two renames
+            (Path(staging) / name).rename(episodes / name)
     return made
 
 
@@ -167,7 +178,7 @@ def _named(job: Job, number: int) -> Iterator[None]:
 
 
 def episode_id(recipe_name: str, number: int) -> str:
-    """The id of a recipe's only episode of a scene."""
+    """The id of the first episode of a unit, and often its only one."""
     return f"{recipe_name}-{number:06d}"
 
 

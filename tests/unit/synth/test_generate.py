@@ -137,10 +137,12 @@ def test_a_kill_costs_the_unit_under_way_and_no_byte_differs_afterwards(
     assert killed.returncode == -signal.SIGKILL
     left = sorted(p.name for p in (out / "episodes").iterdir())
     assert left[1:] == [first]
-    assert left[0].startswith(f".{second}.")
+    assert left[0].startswith(".unit-")
     assert left[0].endswith(".part")
-    assert (out / "episodes" / left[0] / "recording" / "patches.parquet").exists()
-    assert not (out / "episodes" / left[0] / "manifest.json").exists()
+    (begun,) = (out / "episodes" / left[0]).iterdir()
+    assert begun.name.startswith(f".{second}.")
+    assert (begun / "recording" / "patches.parquet").exists()
+    assert not (begun / "manifest.json").exists()
     with pytest.raises(DataError, match="was its generation stopped"):
         load(out)
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
@@ -279,10 +281,41 @@ def test_a_recipe_may_give_several_episodes_of_a_scene(short_recipe: Path, tmp_p
         "        yield replace(episode, episode_id=episode.episode_id + '-b')\n"
     )
     out = tmp_path / "out"
-    made = list(generate(Job(str(recipe), 0, UNITS[:1], "none", "raycast"), out))
+    job = Job(str(recipe), 0, UNITS[:1], "none", "raycast")
+    made = list(generate(job, out))
     assert made == ["rgbd-activity-000000", "rgbd-activity-000000-b"]
     data = load(out, truth=True)
     assert data.episode_ids == tuple(made)
     assert set(data.scene_ids) == {"scene-000000"}
     assert verify_files(out) == []
     assert verify_episode(data[1]) == []
+
+    whole = contents(out)
+    shutil.rmtree(out / "episodes" / made[0])  # as a kill leaves it before the first, which comes into place last
+    (out / "episodes" / made[1] / "manifest.json").unlink()
+    assert list(generate(job, out)) == made
+    assert contents(out) == whole
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (
+            "yield replace(episode, episode_id='other')",
+            "its first episode is .'other'.; expected 'rgbd-activity-000000'",
+        ),
+        ("yield episode; raise ZeroDivisionError('x / 0')", "ZeroDivisionError"),
+        ("if False: yield episode", "its first episode is ..; expected"),
+    ],
+)
+def test_a_unit_is_whole_or_not_there(short_recipe: Path, tmp_path: Path, body: str, words: str) -> None:
+    recipe = tmp_path / "recipe" / "rgbd-activity"
+    shutil.copytree(short_recipe, recipe)
+    code = recipe / "rgbd-activity.py"
+    code.write_text(
+        code.read_text().replace("def build(", "def _build(") + "\ndef build(config, unit):\n"
+        f"    for episode in _build(config, unit):\n        {body}\n"
+    )
+    with pytest.raises((HsbenchError, RuntimeError), match=words):
+        list(generate(Job(str(recipe), 0, UNITS[:1], "none", "raycast"), tmp_path / "out"))
+    assert list((tmp_path / "out" / "episodes").iterdir()) == []
