@@ -87,7 +87,7 @@ def run(arguments: list[str] | None = None) -> int:
         error.show()
         return USER_MISTAKE
     except (KeyboardInterrupt, click.Abort):
-        click.echo("stopped; what was finished is kept, the same command goes on from there", err=True)
+        click.echo("stopped; what was written is whole, and the same command goes on or begins again", err=True)
         return INTERRUPTED
     except (BrokenPipeError, SystemExit):  # the reader of our output went away: `hsbench tasks | head -1`; click exits
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -217,7 +217,7 @@ def test_stopping_is_130(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
 
     monkeypatch.setattr("hsbench.cli.tasks_command.command.callback", stop)
     assert run(["tasks"]) == 130
-    assert "the same command goes on from there" in capsys.readouterr().err
+    assert "what was written is whole" in capsys.readouterr().err
 
 
 def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
