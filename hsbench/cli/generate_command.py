@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -56,7 +57,7 @@ def command(
     number of workers. A stopped run goes on where it was when the same command is given again.
     """
     from hsbench.io.splits import read_splits
-    from hsbench.synth.generate import Job, generate
+    from hsbench.synth.generate import Job, episode_id, generate
     from hsbench.synth.recipes import find_recipe
 
     units = read_splits(find_recipe(recipe).name).numbers(size, split)[parse_slice(episodes)]
@@ -68,9 +69,21 @@ def command(
     if preview:
         _preview(job, out)
         return
-    made = sum(1 for _ in progress(generate(job, out, workers), len(units), "generate"))
-    click.echo(f"{out}: {len(units)} episodes ({made} made now)")
+    firsts = {episode_id(find_recipe(recipe).name, number) for number, _ in units}
+    made: list[str] = []
+    for _ in progress(
+        (i for i in _noted(generate(job, out, workers), made) if i in firsts), len(units), "generate", "scene"
+    ):
+        pass
+    click.echo(f"{out}: {len(units)} scenes ({len(made)} episodes made now)")
     click.echo(f"next: hsbench verify {out}")
+
+
+def _noted(names: Iterable[str], into: list[str]) -> Iterator[str]:
+    """Pass names on, keeping them."""
+    for name in names:
+        into.append(name)
+        yield name
 
 
 def _preview(job: Job, out: Path) -> None:

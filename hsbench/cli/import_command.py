@@ -112,14 +112,15 @@ def scene(
 ) -> None:  # fmt: skip
     """A furnished room in a 3D FILE: glTF, GLB, OBJ, a list of models, a Habitat scene; or a folder with one of them.
 
-    Its objects get boxes, roles and solid voxels, its rooms a walkable floor, as generated scenes have them.
+    Its objects get boxes, roles, solid voxels and affordance, its rooms a floor to walk on, as generated scenes have.
     """
     from hsbench.datasets.importers.scene_to_folder import import_to_folder
+    from hsbench.schema.states import Affordance
 
     imported, truth = import_to_folder(
         source, labels, out, name=name, default=default, up=up, scale=scale, assets=assets
     )
-    for note in imported.notes:
+    for note in (*imported.notes, *truth.notes):
         click.echo(f"note: {note}", err=True)
     found = imported.scene
     counts = Counter(item.category_name for item in found.objects)
@@ -130,8 +131,11 @@ def scene(
     click.echo(", ".join(f"{number} {category}" for category, number in sorted(counts.items())))
     click.echo(
         f"{int(truth.occupancy.solid.sum()):,} solid voxels of {truth.occupancy.grid.voxel_m * 100:g} cm, "
-        f"{truth.walk.free.sum() * truth.walk.cell_m**2:.1f} m2 walkable"
+        f"{truth.walk.free.sum() * truth.walk.cell_m**2:.1f} m2 free to stand on"
     )
+    plan, cell_m2 = truth.affordance.labels, truth.affordance.cell_m**2
+    shown = (f"{(plan >> kind & 1).sum() * cell_m2:.2f} m2 {kind.name.lower()}" for kind in Affordance)
+    click.echo(f"from above: {', '.join(shown)}")
     click.echo(f"next: hsbench export {out} --plan plan.svg")
 
 

@@ -38,6 +38,13 @@ class PinholeCamera:
         if not np.isfinite([self.cx_px, self.cy_px]).all():
             raise SchemaError(f"camera principal point is ({self.cx_px}, {self.cy_px}); expected finite pixels")
 
+    def scaled(self, factor: float) -> PinholeCamera:
+        """The same view in ``factor`` times the pixels along each side, whole ones rounded down."""
+        return PinholeCamera(
+            int(self.width_px * factor), int(self.height_px * factor),
+            self.fx_px * factor, self.fy_px * factor, self.cx_px * factor, self.cy_px * factor,
+        )  # fmt: skip
+
     def project(self, points_camera: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(..., 3) points in the camera frame -> ((..., 2) pixels u v, (...) depth_m).
 

@@ -24,7 +24,7 @@ SAME_AREA = 0.005
 def hull(points_xy: FloatArray) -> FloatArray:
     """(N, 2) points -> (H, 2) their convex hull, counter-clockwise; one point or two where they are no more."""
     points = np.unique(np.asarray(points_xy, dtype=np.float64).reshape(-1, 2), axis=0)
-    return points if len(points) < 3 else np.asarray(_hull(points))
+    return points if len(points) < 3 else np.asarray(monotone_chain(points))
 
 
 def smallest_yaw(points_xy: FloatArray, yaw_rad: float) -> float:
@@ -103,15 +103,20 @@ def _corners(loop: FloatArray) -> FloatArray:
 
 
 @numba.njit(cache=True)
-def _hull(points: FloatArray) -> FloatArray:
-    """Andrew's monotone chain over points sorted by x, then y, all different."""
+def monotone_chain(points: FloatArray) -> FloatArray:
+    """(N, 2) points -> (H, 2) their convex hull, counter-clockwise; one point where all are one. For compiled callers.
+
+    Andrew, "Another efficient algorithm for convex hulls in two dimensions", 1979.
+    """
     count = len(points)
-    chain = np.empty((2 * count, 2))
+    order = np.argsort(points[:, 1], kind="mergesort")
+    order = order[np.argsort(points[order, 0], kind="mergesort")]
+    chain = np.empty((2 * count + 1, 2))
     size = 0
     for half in range(2):
         base = size
         for step in range(count):
-            p = points[step if half == 0 else count - 1 - step]
+            p = points[order[step if half == 0 else count - 1 - step]]
             while size - base >= 2:
                 a, b = chain[size - 2], chain[size - 1]
                 if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0.0:
@@ -120,4 +125,4 @@ def _hull(points: FloatArray) -> FloatArray:
             chain[size] = p
             size += 1
         size -= 1  # the last point of a half is the first of the other
-    return chain[:size].copy()
+    return chain[: max(size, 1)]

@@ -1,7 +1,8 @@
-"""How deep convex solids penetrate each other: the length of the shortest move that parts them.
+"""How deep convex shapes penetrate each other: the length of the shortest move that parts them.
 
-For convex polyhedra that move is along a face normal of either or along the cross product of an edge of each, since
-those are the face normals of their Minkowski difference (separating axis theorem; Gottschalk et al., 1996).
+Shapes are convex solids, and triangles as solids without thickness. For convex polyhedra that move is along a face
+normal of either or along the cross product of an edge of each, since those are the face normals of their Minkowski
+difference (separating axis theorem; Gottschalk et al., 1996).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ PARALLEL = 1e-9  # edges or faces that meet at a smaller sine are parallel
 
 @dataclass(frozen=True, eq=False)
 class PackedShapes:
-    """N convex solids as flat arrays: planes (P, 4), corners (C, 3), edge directions (E, 3), where each solid's rows
+    """N convex shapes as flat arrays: planes (P, 4), corners (C, 3), edge directions (E, 3), where each shape's rows
     start (N + 1, 3) in these, and bounds (N, 2, 3).
     """
 
@@ -41,6 +42,42 @@ def pack_shapes(solids: Sequence[ConvexSolid]) -> PackedShapes:
         np.concatenate([np.empty((0, 3)), *edges]),
         np.cumsum([(0, 0, 0), *rows], axis=0, dtype=np.int64),
         np.array([s.bounds for s in solids]).reshape(-1, 2, 3),
+    )
+
+
+def pack_triangles(corners: FloatArray) -> PackedShapes:
+    """(T, 3, 3) corners of triangles that have an area, as flat shapes.
+
+    Planes of each, in this order: its own, its own facing back, those through its sides.
+    """
+    count = len(corners)
+    sides = np.roll(corners, -1, axis=1) - corners
+    normal = np.cross(sides[:, 0], sides[:, 1])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    directions = sides / np.linalg.norm(sides, axis=2)[:, :, None]
+    outward = np.cross(directions, normal[:, None])
+    normals = np.concatenate([normal[:, None], -normal[:, None], outward], axis=1)
+    through = np.concatenate([corners[:, :1], corners[:, :1], corners], axis=1)
+    offset = np.einsum("tpi,tpi->tp", normals, through)
+    return PackedShapes(
+        np.concatenate([normals, offset[:, :, None]], axis=2).reshape(-1, 4),
+        corners.reshape(-1, 3),
+        directions.reshape(-1, 3),
+        np.arange(count + 1, dtype=np.int64)[:, None] * np.array([5, 3, 3]),
+        np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1).reshape(-1, 2, 3),
+    )
+
+
+def joined(packed: Sequence[PackedShapes]) -> PackedShapes:
+    """All shapes of several packs, in order."""
+    offsets = np.cumsum([np.zeros(3, np.int64), *(p.start[-1] for p in packed)], axis=0)
+    starts = [p.start[:-1] + offset for p, offset in zip(packed, offsets, strict=False)]
+    return PackedShapes(
+        np.concatenate([np.empty((0, 4)), *(p.planes for p in packed)]),
+        np.concatenate([np.empty((0, 3)), *(p.corners for p in packed)]),
+        np.concatenate([np.empty((0, 3)), *(p.edges for p in packed)]),
+        np.concatenate([*starts, offsets[-1:]]),
+        np.concatenate([np.empty((0, 2, 3)), *(p.bounds for p in packed)]),
     )
 
 

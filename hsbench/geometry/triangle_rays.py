@@ -8,7 +8,7 @@ looked at: padded boxes never leave out a triangle that is hit, so the answer do
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -23,8 +23,7 @@ STACK = 64  # a tree that halves its triangles at every level is less deep
 ANY = -1
 
 
-@dataclass(frozen=True, eq=False)
-class TriangleTree:
+class TriangleTree(NamedTuple):
     """Triangles ordered by a tree of boxes. Build one with ``triangle_tree``.
 
     corners: (T, 3, 3) metres. piece: (T,) int32 label of each triangle. bounds: (M, 2, 3) box of each node.
@@ -48,17 +47,22 @@ def triangle_tree(vertices: FloatArray, triangles: Int32Array, piece: Int32Array
 
 
 def nearest(
-    tree: TriangleTree, origins: FloatArray, directions: FloatArray, start: float, piece: Int32Array | None = None
+    tree: TriangleTree,
+    origins: FloatArray,
+    directions: FloatArray,
+    start: float,
+    piece: Int32Array | None = None,
+    end: float = np.inf,
 ) -> FloatArray:
-    """(N, 3) origins and directions -> (N,) the least t > start at which origin + t direction hits, +inf where none.
+    """(N, 3) origins and directions -> (N,) the least t at which origin + t direction hits, +inf where none.
 
-    piece: (N,) the label of the only triangles that a ray can hit.
+    start, end: limits between which t lies. piece: (N,) the label of the only triangles that a ray can hit.
     """
     wanted = np.full(len(origins), ANY, np.int32) if piece is None else np.asarray(piece, dtype=np.int32)
     return np.asarray(
         _nearest(
-            tree.corners, tree.piece, tree.bounds, tree.child, tree.span,
-            np.ascontiguousarray(origins), np.ascontiguousarray(directions), start, wanted,
+            tree, np.ascontiguousarray(origins, dtype=np.float64), np.ascontiguousarray(directions, dtype=np.float64),
+            start, end, wanted,
         )
     )  # fmt: skip
 
@@ -103,11 +107,31 @@ def _build(corners: FloatArray) -> tuple[IntArray, FloatArray, IntArray, IntArra
 
 
 @numba.njit(cache=True)
+def is_cut(tree: TriangleTree, origin: FloatArray, end: FloatArray) -> bool:
+    """Whether the open segment between two points (3,) meets a triangle. For compiled callers."""
+    stack = np.empty(STACK, np.int64)
+    direction = end - origin
+    stack[0], size = 0, 1
+    while size:
+        size -= 1
+        node = stack[size]
+        if not _meets(tree.bounds[node], origin, direction, 0.0, 1.0):
+            continue
+        if tree.child[node] >= 0:
+            stack[size], stack[size + 1] = tree.child[node], tree.child[node] + 1
+            size += 2
+            continue
+        for t in range(tree.span[node, 0], tree.span[node, 1]):
+            if 0.0 < _hit(tree.corners[t], origin, direction) < 1.0:
+                return True
+    return False
+
+
+@numba.njit(cache=True)
 def _nearest(
-    corners: FloatArray, piece: Int32Array, bounds: FloatArray, child: IntArray, span: IntArray,
-    origins: FloatArray, directions: FloatArray, start: float, wanted: Int32Array,
-) -> FloatArray:  # fmt: skip
-    best = np.full(len(origins), np.inf)
+    tree: TriangleTree, origins: FloatArray, directions: FloatArray, start: float, end: float, wanted: Int32Array
+) -> FloatArray:
+    best = np.full(len(origins), end)
     stack = np.empty(STACK, np.int64)
     for r in range(len(origins)):
         o, d = origins[r], directions[r]
@@ -115,18 +139,18 @@ def _nearest(
         while size:
             size -= 1
             node = stack[size]
-            if not _meets(bounds[node], o, d, start, best[r]):
+            if not _meets(tree.bounds[node], o, d, start, best[r]):
                 continue
-            if child[node] >= 0:
-                stack[size], stack[size + 1] = child[node], child[node] + 1
+            if tree.child[node] >= 0:
+                stack[size], stack[size + 1] = tree.child[node], tree.child[node] + 1
                 size += 2
                 continue
-            for t in range(span[node, 0], span[node, 1]):
-                if wanted[r] == ANY or piece[t] == wanted[r]:
-                    hit = _hit(corners[t], o, d)
+            for t in range(tree.span[node, 0], tree.span[node, 1]):
+                if wanted[r] == ANY or tree.piece[t] == wanted[r]:
+                    hit = _hit(tree.corners[t], o, d)
                     if start < hit < best[r]:
                         best[r] = hit
-    return best
+    return np.where(best < end, best, np.inf)
 
 
 @numba.njit(cache=True)

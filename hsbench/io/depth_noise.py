@@ -1,4 +1,4 @@
-"""Depth noise as a seeded function of (episode, frame), applied when a frame is read.
+"""Depth noise as a function of the seed an episode was given and the frame, applied when a frame is read.
 
 One recording serves every noise level. The axial error grows with the square of distance and the lateral
 error is a fraction of a pixel, after Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise for improved 3D
@@ -61,9 +61,9 @@ def preset(name: str) -> DepthNoise | None:
     return PRESETS[name]
 
 
-def noise_rng(seed: int, episode_id: str, frame: int) -> np.random.Generator:
-    """The generator of one frame's noise: Philox keyed by a hash of seed, episode and frame."""
-    text = f"depth-noise\x1f{seed}\x1f{episode_id}\x1f{frame}"
+def noise_rng(seed: int, frame: int) -> np.random.Generator:
+    """The generator of one frame's noise: Philox keyed by a hash of the episode's seed and the frame."""
+    text = f"depth-noise\x1f{seed}\x1f{frame}"
     key = int.from_bytes(hashlib.blake2b(text.encode(), digest_size=16).digest(), "little")
     return np.random.Generator(np.random.Philox(key=key))
 

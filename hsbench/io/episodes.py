@@ -3,7 +3,7 @@
     episode.json          sensor, times, how frames are stored
     inputs/               poses.parquet, activity_maps.npz, frames/ (imported images)
     recording/            pictures of a static camera as background and patches (generated, open splits)
-    truth/                scene.json + scene.npz, poses.parquet + match.parquet, events.parquet,
+    truth/                scene.json + scene.npz, poses.parquet + match.parquet, events.parquet, motions.parquet,
                           occupancy.json + occupancy.npz, objects.parquet, affordance.npz
     index.json            the episode's row of its data set's index: scene, split, counts
     manifest.json         sha256 of every file above
@@ -142,6 +142,8 @@ def _write_truth(folder: Path, truth: EpisodeTruth) -> None:
         write_parquet(folder / "match.parquet", match)
     if truth.events is not None:
         write_parquet(folder / "events.parquet", codec.events_to_table(truth.events))
+    if truth.motions is not None:
+        write_parquet(folder / "motions.parquet", codec.motions_to_table(truth.motions))
     if truth.occupancy is not None:
         write_json(folder / "occupancy.json", codec.grid_to_json(truth.occupancy.grid))
         write_npz(folder / "occupancy.npz", **codec.occupancy_to_arrays(truth.occupancy))
@@ -193,7 +195,7 @@ def _read_frames(folder: Path, descriptor: dict[str, Any], noise: dict[str, Any]
     if kind == "recording":
         recording = Recording(folder / "recording")
         seed, preset = (noise["seed"], noise["preset"]) if noise is not None else (0, "none")
-        return RecordingFrames(recording, descriptor["episode_id"], seed, preset, noise is not None)
+        return RecordingFrames(recording, seed, preset, noise is not None)
     if kind == "images":
         return ImageFrames(folder / "inputs" / "frames")
     if kind == "none":
@@ -222,6 +224,7 @@ def _read_truth(folder: Path, recorded: bool) -> EpisodeTruth:
         ),
         objects=_optional(root / "objects.parquet", lambda p: codec.objects_from_table(read_parquet(p))),
         affordance=_optional(root / "affordance.npz", lambda p: codec.affordance_from_arrays(load_npz(p))),
+        motions=_optional(root / "motions.parquet", lambda p: codec.motions_from_table(read_parquet(p))),
         frames=frames,
     )
 

@@ -101,7 +101,6 @@ class Film:
     background: Picture
     timestamps_ns: IntArray
     patch: Callable[[int], Patch]
-    episode_id: str
     noise_seed: int
     noise_preset: str
     has_depth: bool = True
@@ -215,7 +214,6 @@ class RecordingFrames:
     """A recording as input: rgb, and depth with seeded noise (or none at all for a camera without depth)."""
 
     _recording: Recording  # clean signal, so no input
-    episode_id: str
     noise_seed: int
     noise_preset: str
     has_depth: bool = True
@@ -237,7 +235,7 @@ def _input_frame(frames: Film | RecordingFrames, picture: Picture, index: int) -
     """What the sensor gives of a clean picture."""
     depth_m = None
     if frames.has_depth:
-        rng = noise_rng(frames.noise_seed, frames.episode_id, index)
+        rng = noise_rng(frames.noise_seed, index)
         depth_m = add_noise(depth_from_mm(picture.depth_mm), preset(frames.noise_preset), rng)
     return Frame(int(frames.timestamps_ns[index]), picture.rgb, depth_m)
 

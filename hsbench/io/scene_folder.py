@@ -3,6 +3,7 @@
 scene.json  scene.npz            rooms, objects, parts: as in an episode's ``truth`` folder
 occupancy.json  occupancy.npz    solid voxels with category and instance, if they were computed
 walkable.npz                     free (nx, ny) bool, origin_xy (2,) metres, cell_m, if it was computed
+affordance.npz                   as in an episode's ``truth`` folder, if it was computed
 source.json                      where it came from
 manifest.json                    sha256 of every file above
 """
@@ -19,7 +20,7 @@ from hsbench.io.atomic import atomic_folder, write_json
 from hsbench.io.checksums import manifest
 from hsbench.io.strict_json import read_json
 from hsbench.schema import codec
-from hsbench.schema.occupancy import OccupancyTruth
+from hsbench.schema.occupancy import AffordanceTruth, OccupancyTruth
 from hsbench.schema.scene import Scene
 from hsbench.typing import AnyArray
 
@@ -32,6 +33,7 @@ def write_scene(
     occupancy: OccupancyTruth | None = None,
     walkable: Mapping[str, AnyArray] | None = None,
     source: Mapping[str, Any] | None = None,
+    affordance: AffordanceTruth | None = None,
 ) -> None:
     """Write a scene as a new folder, whole or not at all. Raises DataError if the folder exists."""
     description, geometry = codec.scene_to_plain(scene)
@@ -43,6 +45,8 @@ def write_scene(
             write_npz(unit / "occupancy.npz", **codec.occupancy_to_arrays(occupancy))
         if walkable is not None:
             write_npz(unit / "walkable.npz", **walkable)
+        if affordance is not None:
+            write_npz(unit / "affordance.npz", **codec.affordance_to_arrays(affordance))
         if source is not None:
             write_json(unit / "source.json", dict(source))
         write_json(unit / "manifest.json", manifest(unit))
@@ -70,3 +74,8 @@ def read_occupancy(path: Path) -> OccupancyTruth:
     """The occupancy of a scene folder. Raises DataError where it is missing or damaged."""
     grid = codec.grid_from_json(read_json(path / "occupancy.json"))
     return codec.occupancy_from_arrays(load_npz(path / "occupancy.npz"), grid)
+
+
+def read_affordance(path: Path) -> AffordanceTruth:
+    """The affordance of a scene folder. Raises DataError where it is missing or damaged."""
+    return codec.affordance_from_arrays(load_npz(path / "affordance.npz"))

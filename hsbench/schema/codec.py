@@ -18,6 +18,7 @@ from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.grids import VoxelGrid, pack_bits, unpack_bits
 from hsbench.schema.episode import ActivityMaps
 from hsbench.schema.events import EventTable
+from hsbench.schema.motions import ObjectMotions
 from hsbench.schema.occupancy import (
     AffordanceTruth,
     AffordanceVoxels,
@@ -39,6 +40,8 @@ _CAMERAS: dict[str, type[Camera]] = {
     "equirectangular": EquirectangularCamera,
     "topdown": TopDownCamera,
 }
+
+_MOVE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 
 
 # ---------------------------------------------------------------- sensor
@@ -78,7 +81,7 @@ def exact_keys(value: Mapping[str, Any], name: str, keys: tuple[str, ...]) -> Ma
     return value
 
 
-# ---------------------------------------------------------------- poses and events
+# ---------------------------------------------------------------- poses, events and motions
 
 
 def poses_to_table(poses: PoseTable) -> pa.Table:
@@ -158,6 +161,29 @@ def events_from_table(table: pa.Table) -> EventTable:
         _values(table, "start_ns", np.int64),
         _values(table, "end_ns", np.int64),
         _strings(table, "contact"),
+    )
+
+
+def motions_to_table(motions: ObjectMotions) -> pa.Table:
+    """Motions, one key pose a row: columns timestamp_ns, object_id, part, and the move as x_m, y_m, yaw_rad."""
+    columns: dict[str, Any] = {
+        "timestamp_ns": pa.array(motions.timestamp_ns),
+        "object_id": pa.array(motions.object_id),
+        "part": pa.array(list(motions.part), pa.string()),
+    }
+    for axis, name in enumerate(_MOVE_COLUMNS):
+        columns[name] = pa.array(motions.move[:, axis])
+    return pa.table(columns)
+
+
+def motions_from_table(table: pa.Table) -> ObjectMotions:
+    """The inverse of ``motions_to_table``."""
+    require_columns(table, "motions", ("timestamp_ns", "object_id", "part", *_MOVE_COLUMNS))
+    return ObjectMotions(
+        _values(table, "timestamp_ns", np.int64),
+        _values(table, "object_id", np.int32),
+        _strings(table, "part"),
+        np.column_stack([_values(table, name, np.float64) for name in _MOVE_COLUMNS]),
     )
 
 

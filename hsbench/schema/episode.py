@@ -9,6 +9,7 @@ import numpy as np
 
 from hsbench.errors import SchemaError
 from hsbench.schema.events import EventTable
+from hsbench.schema.motions import ObjectMotions, check_things
 from hsbench.schema.occupancy import AffordanceTruth, ObjectTruth, OccupancyTruth
 from hsbench.schema.poses import PoseTable, TruePoseTable, require
 from hsbench.schema.scene import Scene
@@ -131,7 +132,10 @@ class ActivityMaps:
 
 @dataclass(frozen=True, eq=False)
 class EpisodeTruth:
-    """Everything a method must not see; each part None where a data set does not know it."""
+    """Everything a method must not see; each part None where a data set does not know it.
+
+    motions: how things of the scene move after t0. Raises SchemaError where it names what the scene does not have.
+    """
 
     scene: Scene | None = None
     poses: TruePoseTable | None = None
@@ -139,7 +143,14 @@ class EpisodeTruth:
     occupancy: OccupancyTruth | None = None
     objects: ObjectTruth | None = None
     affordance: AffordanceTruth | None = None
+    motions: ObjectMotions | None = None
     frames: FramesTruth | None = None
+
+    def __post_init__(self) -> None:
+        if self.motions is not None and len(self.motions):
+            if self.scene is None:
+                raise SchemaError("truth has motions of things but no scene; expected the scene that holds them")
+            check_things(self.scene, self.motions.tracks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +186,13 @@ class Episode:
                 )
         if (np.diff(times) <= 0).any():
             raise SchemaError(f"episode {self.episode_id}: frame time stamps do not ascend strictly")
+        if self.truth is not None and self.truth.motions is not None:
+            moved = self.truth.motions.moves_at(self.t0_ns)
+            if moved:
+                raise SchemaError(
+                    f"episode {self.episode_id}: things are moved at t0 ({next(iter(moved))}); "
+                    f"expected motions from t0 on"
+                )
         if self.truth is not None and self.truth.poses is not None:
             observed = 0 if self.poses is None else len(self.poses)
             if len(self.truth.poses.match) != observed:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,39 +13,29 @@ from hsbench.geometry.numerics import quantise_angle, quantise_m
 from hsbench.geometry.transforms import apply, invert, planar
 from hsbench.io.frame_store import Film
 from hsbench.schema.episode import NS_PER_S, Episode, EpisodeTruth, FrameList
-from hsbench.schema.occupancy import OccupancyTruth
+from hsbench.schema.motions import ObjectMotions
+from hsbench.schema.occupancy import AffordanceTruth, OccupancyTruth
 from hsbench.schema.poses import PoseTable, TruePoseTable
 from hsbench.schema.scene import Room, Scene, SceneObject
 from hsbench.schema.sensor import Sensor
+from hsbench.schema.states import Affordance
 from hsbench.synth.activities import Life
+from hsbench.synth.activities.life import stamps as stamps_at
+from hsbench.synth.detectors import Occluders, observe
 from hsbench.synth.film import Filming, room_lighting
-from hsbench.synth.people import PosePreset, capsules, observe
+from hsbench.synth.people import capsules
 from hsbench.synth.recipes import Unit
+from hsbench.synth.rgbd import RgbdSettings
 from hsbench.truth.affordance import affordance_truth
 from hsbench.truth.evidence import first_swept
+from hsbench.truth.moving import ignored
 from hsbench.truth.objects import object_truth
 from hsbench.truth.occupancy import solid_occupancy
 from hsbench.truth.sight import ray_image, true_states
-from hsbench.typing import Float32Array, FloatArray, IntArray
+from hsbench.typing import Float32Array, FloatArray, IntArray, UInt8Array
 
-
-@dataclass(frozen=True)
-class RgbdConfig:
-    """What an RGB-D episode records. frame_rate_hz: pictures a second; grid_*: the truth grid in the episode frame.
-
-    The grid's defaults are those of task scene-completion: 128 x 128 x 48 voxels of .05 m.
-    """
-
-    frame_rate_hz: float = 2.0
-    depth_noise: str = "kinect"
-    grid_origin_m: tuple[float, float, float] = (0.0, -3.2, 0.0)
-    grid_shape: tuple[int, int, int] = (128, 128, 48)
-    voxel_m: float = 0.05
-
-    @property
-    def grid(self) -> VoxelGrid:
-        """The truth grid."""
-        return VoxelGrid(self.grid_origin_m, self.grid_shape, self.voxel_m)
+# Task affordance-topdown.
+SCORED_LABELS = np.uint8(1 << Affordance.WALKABLE | 1 << Affordance.SITTABLE | 1 << Affordance.INTERACTABLE)
 
 
 def rgbd_episode(
@@ -55,18 +45,22 @@ def rgbd_episode(
     life: Life,
     scene_T_episode: FloatArray,
     sensor: Sensor,
-    preset: PosePreset,
-    config: RgbdConfig,
-    duration_s: float,
+    settings: RgbdSettings,
+    variant: str = "",
 ) -> Episode:
-    """The episode of an RGB-D camera in a scene (given in its own frame) where a life goes on for ``duration_s``."""
-    end_ns = round(duration_s * NS_PER_S)
+    """The episode of an RGB-D camera in a scene (given in its own frame) where a life goes on.
+
+    variant: ends the episode's id, where a unit has several. All noise follows from ``unit.seeds``, whatever the id.
+    """
+    config = settings.recording
+    end_ns = round(settings.life.duration_s * NS_PER_S)
     episode_T_scene = invert(scene_T_episode)
     scene = scene_in(episode_T_scene, scene)
     true = poses_in(episode_T_scene, life.poses)
     seeds = unit.seeds.child(dataset)
-    solids = [solid for item in scene.objects for solid in item.solids]
-    observed, match = observe(true, life.bodies, solids, sensor, preset, seeds.child("observe"))
+    looks = stamps_at(np.arange(round(settings.life.duration_s * config.pose_rate_hz)), config.pose_rate_hz)
+    occluders = Occluders.of(scene, life.motions)
+    observed, match = observe(true, life.bodies, occluders, sensor, settings.detector, seeds.child("observe"), looks)
 
     assert isinstance(sensor.camera, PinholeCamera)
     image = ray_image(scene, sensor.camera, sensor.world_T_camera)
@@ -76,7 +70,7 @@ def rgbd_episode(
         semantic,
         instance,
         true_states(scene, config.grid, sensor.camera, sensor.world_T_camera, image),
-        np.zeros(config.grid.shape, dtype=bool),  # nothing moves for more than half of an episode
+        ignored(semantic, lambda moved: solid_occupancy(moved, config.grid)[0], scene, life.motions, 0, end_ns),
         _swept(life, true, config.grid),
     )
     truth = EpisodeTruth(
@@ -85,17 +79,24 @@ def rgbd_episode(
         events=life.events,
         occupancy=occupancy,
         objects=object_truth(scene, image, occupancy, life.events),
-        affordance=affordance_truth(scene, config.grid),
+        affordance=_affordance(scene, config.grid, life.motions, end_ns),
+        motions=life.motions,
     )
-    episode_id = f"{dataset}-{unit.number:06d}"
+    episode_id = f"{dataset}-{unit.number:06d}{variant}"
     frames = FrameList()
     if unit.renderer is not None:
         noise_seed = int(seeds.rng("depth-noise").integers(2**62))
         stamps = _frame_times(end_ns if unit.frames == "all" else 1, config.frame_rate_hz)
         filming = Filming(
-            scene, life.bodies, true, sensor, unit.renderer, room_lighting(scene, sensor.world_T_camera[:2, 3])
+            scene,
+            life.bodies,
+            true,
+            sensor,
+            unit.renderer,
+            room_lighting(scene, sensor.world_T_camera[:2, 3]),
+            life.motions,
         )
-        frames = _film(filming, stamps, episode_id, noise_seed, config.depth_noise)  # type: ignore[assignment]
+        frames = _film(filming, stamps, noise_seed, config.depth_noise)  # type: ignore[assignment]
     return Episode(episode_id, dataset, sensor, frames, observed, 0, end_ns, truth=truth)
 
 
@@ -124,6 +125,16 @@ def poses_in(episode_T_scene: FloatArray, poses: PoseTable) -> PoseTable:
     return PoseTable(poses.skeleton, poses.timestamp_ns, poses.track_id, poses.joint_state, joints)
 
 
+def _affordance(scene: Scene, grid: VoxelGrid, motions: ObjectMotions, end_ns: int) -> AffordanceTruth:
+    """Affordance at t0; cells are ignored where what is scored of them differs for more than half of the time."""
+
+    def scored(at: Scene) -> UInt8Array:
+        return np.asarray(affordance_truth(at).labels & SCORED_LABELS)
+
+    truth = affordance_truth(scene, grid)
+    return replace(truth, ignored=ignored(truth.labels & SCORED_LABELS, scored, scene, motions, 0, end_ns))
+
+
 def _swept(life: Life, poses: PoseTable, grid: VoxelGrid) -> Float32Array:
     """(nx, ny, nz) seconds at which any body first entered a voxel, +inf = never."""
     assert poses.joints_m is not None
@@ -141,13 +152,12 @@ def _frame_times(end_ns: int, rate_hz: float) -> IntArray:
     return np.arange(0, end_ns, period_ns, dtype=np.int64)
 
 
-def _film(filming: Filming, stamps: IntArray, episode_id: str, noise_seed: int, noise_preset: str) -> Film:
+def _film(filming: Filming, stamps: IntArray, noise_seed: int, noise_preset: str) -> Film:
     background = filming.background()
     return Film(
         background,
         stamps,
         lambda index: filming.patch(background, int(stamps[index])),
-        episode_id,
         noise_seed,
         noise_preset,
     )

@@ -1,23 +1,27 @@
 """Filming with a static camera: the background is rendered once, people alone in tight crops, joined by depth.
 
 Where people stand or sit the background darkens a little: those pixels of a patch keep the background's depth and id.
+While a thing is not where it was at t0, people stand before the picture of the moved room (``moved_room``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 
 from hsbench.geometry.cameras import PinholeCamera
-from hsbench.geometry.transforms import apply, invert
+from hsbench.geometry.transforms import apply
 from hsbench.io.frame_store import Patch, Picture
 from hsbench.io.images import depth_from_mm, depth_to_mm
+from hsbench.schema.motions import ObjectMotions
 from hsbench.schema.poses import PoseTable
 from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
 from hsbench.schema.sensor import Sensor
+from hsbench.synth.crops import corners_of, cut, differs, joined, window_of, within
+from hsbench.synth.moved_room import MovedRoom
 from hsbench.synth.people import Body, body_mesh, capsules
 from hsbench.synth.render import Lighting, Mesh, Renderer, View, Window
 from hsbench.synth.render.contact import REACH_M, light_left
@@ -26,20 +30,7 @@ from hsbench.synth.render.sources import person_lighting, sources_of
 from hsbench.synth.render.tone import encode_srgb, toned
 from hsbench.typing import FloatArray, UInt8Array
 
-CROP_MARGIN_PX = 2
-NEAR_M = 0.05  # in front of it a vertex has a pixel
 DIMMED = 0.4  # people are drawn at this share of their exposed light, so that bright ones are not clipped before toning
-
-
-def scene_meshes(scene: Scene) -> list[Mesh]:
-    """One mesh an object, in the scene's frame."""
-    meshes = []
-    for item in scene.objects:
-        counts = np.cumsum([0, *(len(p.vertices) for p in item.parts)])
-        triangles = np.concatenate([p.triangles + first for p, first in zip(item.parts, counts, strict=False)])
-        colours = np.concatenate([np.tile(np.array(p.colour, np.uint8), (len(p.triangles), 1)) for p in item.parts])
-        meshes.append(Mesh(item.object_id, item.vertices, triangles.astype(np.int32), colours))
-    return meshes
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +38,7 @@ class Filming:
     """A static sensor in a scene with people; all in the episode frame.
 
     poses: true 3D poses, track_id k belongs to ``bodies[k - 1]``. lights: for people (``room_lighting``).
+    motions: of things in the scene.
     """
 
     scene: Scene
@@ -55,6 +47,7 @@ class Filming:
     sensor: Sensor
     renderer: Renderer
     lights: Lighting
+    motions: ObjectMotions = field(default_factory=ObjectMotions.none)
     _meshes: dict[int, Mesh] = field(default_factory=dict, repr=False)  # a body's mesh, moved from frame to frame
 
     def background(self) -> Picture:
@@ -63,11 +56,11 @@ class Filming:
         from hsbench.synth.render.background import background_rgb
 
         camera, pose = self._camera, self.sensor.world_T_camera
-        view = self.renderer.render(scene_meshes(self.scene), camera, pose, self.lights)
+        view = self.renderer.render(self._room.meshes, camera, pose, self.lights)
         return _picture(view, background_rgb(self.scene, view.ids, self.renderer, camera, pose))
 
     def patch(self, background: Picture, timestamp_ns: int) -> Patch:
-        """What people change of the background at one time; an empty mask when nobody is in view."""
+        """What people and moved things change of the background at one time; an empty mask when none is in view."""
         assert self.poses.joints_m is not None
         meshes, bodies = [], []
         for row in np.flatnonzero(self.poses.timestamp_ns == timestamp_ns):
@@ -78,23 +71,25 @@ class Filming:
                 self._meshes[person] = Mesh(PERSON_ID_OFFSET + person, vertices, triangles, colours, smooth=True)
             meshes.append(self._meshes[person].moved(vertices))
             bodies.append((body, joints))
-        window = self._window(meshes)
+        room, changed = self._room.picture(background, timestamp_ns)
+        near = self._window(meshes)
+        window = joined(near, changed)
         if window is None:
             empty = Picture(np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.uint16), np.zeros((0, 0), np.uint16))
             return Patch(timestamp_ns, 0, 0, np.zeros((0, 0), bool), empty)
-        view = self.renderer.render(meshes, self._camera, self.sensor.world_T_camera, self.lights, window=window)
-        people = _picture(view, displayed()[view.rgb])
-        crop = (slice(window.v0, window.v0 + window.height), slice(window.u0, window.u0 + window.width))
-        behind = Picture(background.rgb[crop], background.depth_mm[crop], background.instance[crop])
-        shown = (people.instance > 0) & ((people.depth_mm < behind.depth_mm) | (behind.depth_mm == 0))
-        shaded = self._shaded(behind, window, bodies)
-        mask = shown | (shaded != behind.rgb).any(axis=-1)
-        picture = Picture(
-            np.where(shown[..., None], people.rgb, shaded),
-            np.where(shown, people.depth_mm, behind.depth_mm),
-            np.where(shown, people.instance, behind.instance),
-        )
+        behind = cut(room, window)
+        picture = Picture(behind.rgb.copy(), behind.depth_mm.copy(), behind.instance.copy())
+        if near is not None:
+            view = self.renderer.render(meshes, self._camera, self.sensor.world_T_camera, self.lights, window=near)
+            part = cut(picture, within(near, window))
+            part.rgb[:] = self._shaded(part, near, bodies)
+            _stand_before(part, _picture(view, displayed()[view.rgb]))
+        mask = differs(picture, cut(background, window)) | (picture.instance > PERSON_ID_OFFSET)
         return Patch(timestamp_ns, window.v0, window.u0, mask, picture)
+
+    @cached_property
+    def _room(self) -> MovedRoom:
+        return MovedRoom(self.scene, self.motions, self.sensor, self.renderer)
 
     @property
     def _camera(self) -> PinholeCamera:
@@ -124,31 +119,20 @@ class Filming:
 
     def _window(self, meshes: Sequence[Mesh]) -> Window | None:
         """The pixels that people can cover or shade, or None where they are out of view."""
-        camera = self._camera
-        camera_T_world = invert(self.sensor.world_T_camera)
-        size = np.array([camera.width_px, camera.height_px])
-        low, high = size.copy(), np.zeros(2, dtype=np.int64)
-        for mesh in meshes:
-            points = apply(camera_T_world, mesh.vertices)
-            if points[:, 2].max() <= NEAR_M:
-                continue
-            points = np.concatenate([points, apply(camera_T_world, _around(mesh.vertices))])
-            if points[:, 2].min() <= NEAR_M:  # somebody stands against the lens
-                low, high = np.zeros(2, dtype=np.int64), size
-                break
-            pixels, _ = camera.project(points)
-            low = np.minimum(low, np.floor(pixels.min(axis=0)).astype(np.int64) - CROP_MARGIN_PX)
-            high = np.maximum(high, np.ceil(pixels.max(axis=0)).astype(np.int64) + CROP_MARGIN_PX)
-        low, high = np.clip(low, 0, size), np.clip(high, 0, size)
-        if (high <= low).any():
-            return None
-        return Window(int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1]))
+        return window_of(self.sensor, [(mesh.vertices, _shaded_box(mesh.vertices)) for mesh in meshes])
 
 
-def _around(vertices: FloatArray) -> FloatArray:
+def _stand_before(picture: Picture, people: Picture) -> None:
+    """Draw people over what lies farther away, in place."""
+    shown = (people.instance > 0) & ((people.depth_mm < picture.depth_mm) | (picture.depth_mm == 0))
+    picture.rgb[shown] = people.rgb[shown]
+    picture.depth_mm[shown] = people.depth_mm[shown]
+    picture.instance[shown] = people.instance[shown]
+
+
+def _shaded_box(vertices: FloatArray) -> FloatArray:
     """(8, 3) corners of a box that holds all that a person of (V, 3) vertices shades: nothing above the head."""
-    (x0, y0, z0), (x1, y1, z1) = vertices.min(axis=0) - REACH_M, vertices.max(axis=0) + REACH_M
-    return np.array([(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1 - REACH_M)])
+    return corners_of(vertices.min(axis=0) - REACH_M, vertices.max(axis=0) + (REACH_M, REACH_M, 0.0))
 
 
 def room_lighting(scene: Scene, camera_xy: FloatArray) -> Lighting:

@@ -21,6 +21,8 @@ from hsbench.schema.scene import Scene
 from hsbench.schema.sensor import Sensor
 from hsbench.typing import FloatArray
 
+THUMBNAIL = 1 / 16  # of the picture's sides, to see whether something stands before the camera
+
 
 @dataclass(frozen=True)
 class CameraConfig:
@@ -117,15 +119,7 @@ def _seen_share(floor: FloatArray, position: FloatArray, heading: float, config:
 
 def _is_near(solids: list[ConvexSolid], scene_T_episode: FloatArray, sensor: Sensor, config: CameraConfig) -> bool:
     """Whether too much of a thumbnail of the view is close to the camera."""
-    shrink = 16
-    small = PinholeCamera(
-        config.width_px // shrink,
-        config.height_px // shrink,
-        config.focal_px / shrink,
-        config.focal_px / shrink,
-        config.width_px / 2 / shrink,
-        config.height_px / 2 / shrink,
-    )
+    small = config.camera.scaled(THUMBNAIL)
     owner = np.zeros(len(solids), dtype=np.int32)
     image = cast(small, scene_T_episode @ sensor.world_T_camera, pack_solids(solids), owner, 1)
     return bool(np.mean(image.depth_m < config.near_m) > config.near_share)

@@ -8,15 +8,14 @@ Rectangles are tried every 5 cm and tested exactly.
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numba
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from hsbench.schema.scene import Scene, SceneObject
-from hsbench.truth.obstacles import Box, Obstacles, Shapes, box_hits
-from hsbench.truth.sittable import APPROACH_M, BEDDING_M, SEAT_ROLES, SLACK_M, approached, around, upper_outline
+from hsbench.truth.obstacles import Box, Obstacles, Shapes, box_hits, is_within
+from hsbench.truth.sittable import APPROACH_M, BEDDING_M, SEAT_ROLES, approached, around
+from hsbench.truth.tops import SLACK_M, Surface, surfaces
 from hsbench.truth.walkable import WalkMap
 from hsbench.typing import FloatArray, IntArray
 
@@ -26,41 +25,40 @@ GAP_M = 0.06
 STEP_M = 0.05
 SAME_HEIGHT_M = 0.03
 
-Surface: TypeAlias = tuple[FloatArray, float]
 
-
-def lying_parts(scene: Scene, walk: WalkMap, obstacles: Obstacles) -> tuple[tuple[int, int], ...]:
-    """(object index, part index) of every part of a scene one can lie on; ``walk.free`` are cells one can get to."""
+def lying_surfaces(scene: Scene, walk: WalkMap, obstacles: Obstacles) -> tuple[tuple[int, Surface], ...]:
+    """(object index, surface) of all that one can lie on; ``walk.free`` are cells one can get to."""
     return tuple(
-        (k, j)
+        (k, surface)
         for k, item in enumerate(scene.objects)
         if any(part.role in SEAT_ROLES for part in item.parts)
-        for served, surfaces in _groups(item)
-        if _holds_body(k, item, surfaces, walk, obstacles)
-        for j in served
+        for served, together in _groups(item, k, obstacles)
+        if _holds_body(k, item, together, walk, obstacles)
+        for surface in served
     )
 
 
-def _groups(item: SceneObject) -> list[tuple[list[int], list[Surface]]]:
-    """Parts of an object that serve as one, and the surfaces they offer together: a mattress with what lies beside it
+def _groups(item: SceneObject, k: int, obstacles: Obstacles) -> list[tuple[list[Surface], list[Surface]]]:
+    """Surfaces of an object that serve as one, and those they offer together: a mattress with what lies beside it
     at about its height (its bare end, pillows), and seats of one height.
     """
-    surfaces = {j: surface for j, solid in enumerate(item.solids) if (surface := upper_outline(solid)) is not None}
-    groups: list[tuple[list[int], list[Surface]]] = []
-    for j, (_, height) in surfaces.items():
-        if item.parts[j].role == "mattress":
-            beside = [i for i, (_, z) in surfaces.items() if i != j and abs(z - height) <= BEDDING_M]
-            groups.append(([j], [surfaces[i] for i in (j, *beside)]))
-        elif item.parts[j].role == "seat" and not any(j in served for served, _ in groups):
-            level = [i for i, (_, z) in surfaces.items() if abs(z - height) <= SAME_HEIGHT_M]
-            seats = [i for i in level if item.parts[i].role == "seat"]
-            groups.append((seats, [surfaces[i] for i in seats]))
+    found = [surface for j in range(len(item.parts)) for surface in surfaces(item, k, j, obstacles)]
+    groups: list[tuple[list[Surface], list[Surface]]] = []
+    for surface in found:
+        role, height = item.parts[surface.part_index].role, surface.height_m
+        if role == "mattress":
+            beside = [other for other in found if other is not surface and abs(other.height_m - height) <= BEDDING_M]
+            groups.append(([surface], [surface, *beside]))
+        elif role == "seat" and not any(surface in served for served, _ in groups):
+            level = [other for other in found if abs(other.height_m - height) <= SAME_HEIGHT_M]
+            seats = [other for other in level if item.parts[other.part_index].role == "seat"]
+            groups.append((seats, seats))
     return groups
 
 
-def _holds_body(k: int, item: SceneObject, surfaces: list[Surface], walk: WalkMap, obstacles: Obstacles) -> bool:
-    outlines = [outline for outline, _ in surfaces]
-    height = surfaces[0][1]
+def _holds_body(k: int, item: SceneObject, together: list[Surface], walk: WalkMap, obstacles: Obstacles) -> bool:
+    outlines = [outline for surface in together for outline in surface.outlines]
+    height = together[0].height_m
     corners = np.concatenate(outlines)
     start = np.cumsum([0, *map(len, outlines)])
     whole = np.ascontiguousarray(corners[ConvexHull(corners).vertices])
@@ -68,7 +66,7 @@ def _holds_body(k: int, item: SceneObject, surfaces: list[Surface], walk: WalkMa
     for axis in range(2):
         along = item.scene_T_object[:2, axis] / np.linalg.norm(item.scene_T_object[:2, axis])
         middles = _free_rectangles(shapes, stops[1], corners, start, whole, height, along)
-        if approached(walk, shapes, middles, along, (LENGTH_M, WIDTH_M), height).any():
+        if approached(walk, shapes, obstacles.tree, middles, along, (LENGTH_M, WIDTH_M), height).any():
             return True
     return False
 
@@ -98,7 +96,8 @@ def _free_rectangles(
                 along[0], along[1], (u - LENGTH_M / 2, u + LENGTH_M / 2), (v - WIDTH_M / 2, v + WIDTH_M / 2),
                 (height, height + HEAD_ROOM_M),
             )  # fmt: skip
-            if _supported(box, corners, start, whole) and not box_hits(shapes, above, box):
+            held = _supported(box, corners, start, whole)
+            if held and not box_hits(shapes, above, box) and not is_within(shapes, above, box):
                 found[count] = u * along + v * across
                 count += 1
     return found[:count].copy()

@@ -13,7 +13,7 @@ structure      of floors, walls and ceilings only what the triangles face away f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,13 +35,14 @@ TOUCH_M = 1e-6  # a board this little thinner than a step is one step thick
 class MeshBody:
     """All parts of an object as triangles in the scene frame.
 
-    vertices: (V, 3). triangles: (T, 3). piece: (T,) number of the piece. solid: (T,) bool, bounds a closed piece;
-    then it faces outward. sheet: (T,) bool, counts as surface whatever its thickness. open_share: share of the area
-    that belongs to open pieces, 0..1.
+    vertices: (V, 3). triangles: (T, 3). part: (T,) its index. piece: (T,) number of the piece. solid: (T,) bool,
+    bounds a closed piece; then it faces outward. sheet: (T,) bool, counts as surface whatever its thickness.
+    open_share: share of the area that belongs to open pieces, 0..1.
     """
 
     vertices: FloatArray
     triangles: Int32Array
+    part: Int32Array
     piece: Int32Array
     solid: BoolArray
     sheet: BoolArray
@@ -51,6 +52,10 @@ class MeshBody:
     def tree(self) -> TriangleTree:
         """The triangles for rays."""
         return triangle_tree(self.vertices, self.triangles, self.piece)
+
+    def shifted(self, shift_xy: FloatArray) -> MeshBody:
+        """The same body moved along the floor."""
+        return replace(self, vertices=self.vertices + np.append(shift_xy, 0.0))
 
     @cached_property
     def thickness_m(self) -> FloatArray:
@@ -74,6 +79,7 @@ def mesh_body(item: SceneObject) -> MeshBody:
     start = np.cumsum([0, *(len(v) for v, _ in welded)])
     vertices = np.concatenate([v for v, _ in welded])
     triangles = np.concatenate([t + s for (_, t), s in zip(welded, start[:-1], strict=True)]).astype(np.int32)
+    part = np.repeat(np.arange(len(welded)), [len(t) for _, t in welded]).astype(np.int32)
     found = pieces(vertices, triangles)
     inside_out = found.closed & (found.volume_m3 < 0)
     open_pieces = ~found.closed
@@ -84,7 +90,7 @@ def mesh_body(item: SceneObject) -> MeshBody:
         triangles = outward(triangles, found)
     area = float(found.area_m2.sum())
     open_share = float(found.area_m2[open_pieces].sum()) / area if area > 0 else 0.0
-    return MeshBody(vertices, triangles, found.of, found.closed[found.of], sheet[found.of], open_share)
+    return MeshBody(vertices, triangles, part, found.of, found.closed[found.of], sheet[found.of], open_share)
 
 
 def count_mesh_subsamples(body: MeshBody, grid: VoxelGrid, per_side: int) -> tuple[IntArray, UInt8Array] | None:

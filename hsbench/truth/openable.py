@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from hsbench.schema.scene import Scene
-from hsbench.truth.obstacles import Box, Obstacles, Shapes, box_hits
+from hsbench.geometry.transforms import apply
+from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.truth.obstacles import Box, Obstacles, Shapes, box_hits, is_within
 from hsbench.truth.surfaces import SLACK_M, Patches
 from hsbench.typing import BoolArray, FloatArray
 
@@ -20,36 +21,55 @@ FACING = float(np.cos(np.radians(45.0)))  # a face whose normal is nearer to a d
 
 
 def openable_parts(scene: Scene, patches: Patches, touched: BoolArray, obstacles: Obstacles) -> BoolArray:
-    """(N,) bool over the packed parts: opens, and has free space in front. touched: (P,) bool, patches reached."""
-    free = np.zeros(len(obstacles), dtype=np.bool_)
-    touched_face = np.zeros(len(patches.part), dtype=np.bool_)
+    """(N,) bool over all parts: opens, and has free space in front. touched: (P,) bool, patches reached."""
+    free = np.zeros(obstacles.part_count, dtype=np.bool_)
+    touched_face = np.zeros(len(patches.shape), dtype=np.bool_)
     touched_face[patches.face[touched]] = True
+    part_of_face = obstacles.part[patches.shape]
     shapes = obstacles.picked(np.arange(len(obstacles)))
-    for n in range(len(obstacles)):
-        item = scene.objects[obstacles.object_index[n]]
-        if item.parts[obstacles.part_index[n]].role not in OPENING_ROLES:
+    parts = [(k, item, j, part) for k, item in enumerate(scene.objects) for j, part in enumerate(item.parts)]
+    for n, (k, item, j, part) in enumerate(parts):
+        if part.role not in OPENING_ROLES:
             continue
-        faces = np.arange(shapes.start[n, 0], shapes.start[n + 1, 0])
+        faces = np.flatnonzero((part_of_face == n) & obstacles.face)
         normals = patches.normal[faces]
         upright = np.abs(normals[:, 2]) < UPRIGHT
-        if item.category.group == "structure":
+        if obstacles.solids[k][j] is None:
+            ways = _ways_of_mesh(item, part, normals[upright & touched_face[faces]])
+        elif item.category.group == "structure":
             thin = patches.thickness_m[faces]
             broad = upright & (thin <= thin[upright].min(initial=np.inf) + SLACK_M)
             ways = normals[broad & touched_face[faces]]
         else:
             towards = np.where(upright, normals @ -item.scene_T_object[:3, 1], -1.0)
             ways = normals[towards >= max(FACING, towards.max() - SLACK_M)]
-        free[n] = any(_has_swing(shapes, obstacles, n, way[:2]) for way in ways)
+        corners = apply(item.scene_T_object, part.vertices)
+        free[n] = any(_has_swing(shapes, obstacles, k, corners, way[:2]) for way in ways)
     return free
 
 
-def _has_swing(shapes: Shapes, obstacles: Obstacles, part: int, way: FloatArray) -> bool:
+def _ways_of_mesh(item: SceneObject, part: Part, touched: FloatArray) -> FloatArray:
+    """(W, 3) directions in which a mesh part may open, of its ``touched`` upright faces' normals (T, 3).
+
+    The front of furniture; of a door or window both sides across the smaller side of the box of the leaf, or of it all.
+    """
+    if item.category.group != "structure":
+        ways = -item.scene_T_object[None, :3, 1]
+    else:
+        leaf = (part,) if part.role == "door" else item.parts
+        size = np.ptp(np.concatenate([one.vertices[:, :2] for one in leaf]), axis=0)
+        across = item.scene_T_object[:3, int(np.argmin(size))]
+        ways = np.stack([across, -across])
+    return np.asarray(ways[(touched @ ways.T >= FACING).any(axis=0)])
+
+
+def _has_swing(shapes: Shapes, obstacles: Obstacles, object_index: int, corners: FloatArray, way: FloatArray) -> bool:
     """Whether nothing of other objects is within ``SWING_M`` in front of a part, all over its width and height."""
     x, y = (way / np.linalg.norm(way)).tolist()
-    corners = shapes.corners[shapes.start[part, 1] : shapes.start[part + 1, 1]]
     ahead, left = corners[:, 0] * x + corners[:, 1] * y, corners[:, 1] * x - corners[:, 0] * y
-    low, high = obstacles.shapes.bounds[part]
+    low, high = corners.min(axis=0), corners.max(axis=0)
     near = obstacles.near(low - SWING_M, high + SWING_M)
-    near = near[obstacles.object_index[near] != obstacles.object_index[part]]
-    front, across = (ahead.max(), ahead.max() + SWING_M), (left.min(), left.max())
-    return not box_hits(shapes, near, Box(x, y, front, across, (low[2], high[2])))
+    near = near[obstacles.object_index[near] != object_index]
+    walls = np.flatnonzero(obstacles.wall & (obstacles.object_index != object_index))
+    box = Box(x, y, (ahead.max(), ahead.max() + SWING_M), (left.min(), left.max()), (low[2], high[2]))
+    return not box_hits(shapes, near, box) and not is_within(shapes, walls, box)

@@ -13,17 +13,19 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from hsbench.geometry.triangle_rays import TriangleTree, is_cut
 from hsbench.truth.obstacles import Obstacles, cuts
-from hsbench.truth.sittable import SHOULDER_SEATED_M, SHOULDER_STANDING_M, STEP_ALONG_M, SeatUse
+from hsbench.truth.sittable import SHOULDER_SEATED_M, SHOULDER_STANDING_M, SeatUse
+from hsbench.truth.tops import SLACK_M, STEP_ALONG_M
 from hsbench.truth.walkable import WalkMap
 from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
 
 REACH_M = 0.75  # task affordance-topdown
 SEAT_STEP_M = 0.1  # shoulders along a seat's front edge
 END_M = 1e-3
-SLACK_M = 1e-6
 BIN_M = 0.25  # shoulders are looked up by squares of this side
-CHUNK = 64  # points that share a list of the parts around them
+CHUNK = 64  # points that share a list of the solids around them
+NOWHERE = np.array([[np.inf] * 3, [-np.inf] * 3])  # bounds that meet nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +50,9 @@ def shoulders(walk: WalkMap, uses: tuple[SeatUse, ...]) -> tuple[Shoulders, ...]
 
 
 def reached(
-    points_m: FloatArray, normals: FloatArray, part: Int32Array, obstacles: Obstacles, from_: tuple[Shoulders, ...]
+    points_m: FloatArray, normals: FloatArray, shape: Int32Array, obstacles: Obstacles, from_: tuple[Shoulders, ...]
 ) -> BoolArray:
-    """(N, 3) points on faces of parts, their outward normals (N, 3) and parts (N,) -> (N,) bool: a hand reaches them.
+    """(N, 3) points on faces of shapes, their outward normals (N, 3) and shapes (N,) -> (N,) bool: a hand reaches them.
 
     A point of a seat that had to be moved is not reached by who sits on it.
     """
@@ -61,22 +63,30 @@ def reached(
         low, high = group.points_m.min(axis=0) - REACH_M, group.points_m.max(axis=0) + REACH_M
         open_ = np.flatnonzero(~found & ((points_m >= low) & (points_m <= high)).all(axis=1))
         planes, bounds = obstacles.shapes.planes, obstacles.shapes.bounds
+        tree = obstacles.tree if obstacles.bodies else None
         if group.moved_object is not None and group.shift_xy is not None:
             own = obstacles.of(group.moved_object)
-            open_ = open_[obstacles.object_index[part[open_]] != group.moved_object]
+            open_ = open_[obstacles.object_index[shape[open_]] != group.moved_object]
             planes, bounds = _shifted(obstacles, own, group.shift_xy)
+            tree = obstacles.tree_moved(group.moved_object, group.shift_xy) if obstacles.bodies else None
+        if tree is not None:
+            bounds = np.where(obstacles.triangle[:, None, None], NOWHERE, bounds)
         order, first, low_xy = _binned(group.points_m)
         found[open_] = _reached(
-            points_m[open_], normals[open_], part[open_], group.points_m[order], first, low_xy, planes,
-            np.ascontiguousarray(obstacles.shapes.start[:, 0]), bounds,
+            points_m[open_], normals[open_], shape[open_], group.points_m[order], first, low_xy, planes,
+            np.ascontiguousarray(obstacles.shapes.start[:, 0]), bounds, tree,
         )  # fmt: skip
     return found
 
 
-def face_normals(points_m: FloatArray, part: Int32Array, obstacles: Obstacles) -> FloatArray:
-    """(N, 3) points on the surface of parts (N,) -> (N, 3) outward normal of the nearest face."""
-    shapes = obstacles.shapes
-    return np.asarray(_face_normals(points_m, part, shapes.planes, np.ascontiguousarray(shapes.start[:, 0])))
+def nearest_faces(points_m: FloatArray, part: IntArray, obstacles: Obstacles) -> tuple[Int32Array, FloatArray]:
+    """(N, 3) points on the surface of parts, numbered as ``Obstacles.part`` (N,) -> (N,) the shape that each lies on,
+    (N, 3) outward normal of the face.
+    """
+    first, stop = (np.searchsorted(obstacles.part, part, side) for side in ("left", "right"))
+    start = np.ascontiguousarray(obstacles.shapes.start[:, 0])
+    shape, normals = _nearest_faces(points_m, first, stop, obstacles.shapes.planes, start)
+    return shape, normals
 
 
 def _above(points_xy: FloatArray, z_m: float) -> FloatArray:
@@ -111,29 +121,35 @@ def _binned(points: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
 
 
 @numba.njit(cache=True)
-def _face_normals(points: FloatArray, part: Int32Array, planes: FloatArray, start: IntArray) -> FloatArray:
-    normals = np.empty_like(points)
+def _nearest_faces(
+    points: FloatArray, first: IntArray, stop: IntArray, planes: FloatArray, start: IntArray
+) -> tuple[Int32Array, FloatArray]:
+    shape, normals = np.empty(len(points), dtype=np.int32), np.empty_like(points)
     for k in range(len(points)):
-        nearest = -np.inf
-        for p in range(start[part[k]], start[part[k] + 1]):
-            depth = (planes[p, :3] * points[k]).sum() - planes[p, 3]
-            if depth > nearest:
-                nearest = depth
-                normals[k] = planes[p, :3]
-    return normals
+        least = np.inf
+        for s in range(first[k], stop[k]):
+            outermost, plane = -np.inf, start[s]
+            for p in range(start[s], start[s + 1]):
+                away = (planes[p, :3] * points[k]).sum() - planes[p, 3]
+                if away > outermost:
+                    outermost, plane = away, p
+            if abs(outermost) < least:
+                least = abs(outermost)
+                shape[k], normals[k] = s, planes[plane, :3]
+    return shape, normals
 
 
 @numba.njit(cache=True)
 def _reached(
-    points: FloatArray, normals: FloatArray, part: Int32Array, shoulders: FloatArray, first: IntArray,
-    low_xy: FloatArray, planes: FloatArray, start: IntArray, bounds: FloatArray,
+    points: FloatArray, normals: FloatArray, shape: Int32Array, shoulders: FloatArray, first: IntArray,
+    low_xy: FloatArray, planes: FloatArray, start: IntArray, bounds: FloatArray, tree: TriangleTree | None,
 ) -> BoolArray:  # fmt: skip
     found = np.zeros(len(points), dtype=np.bool_)
     none = np.empty(0, dtype=np.int64)
     within = np.empty(len(points), dtype=np.int64)
     count = 0
     for k in range(len(points)):
-        if _is_reached(points[k], normals[k], shoulders, first, low_xy, planes, start, none):
+        if _is_reached(points[k], normals[k], shoulders, first, low_xy, planes, start, none, None):
             within[count] = k
             count += 1
     around, close = np.empty(len(bounds), dtype=np.int64), np.empty(len(bounds), dtype=np.int64)
@@ -151,11 +167,11 @@ def _reached(
             n_close = 0
             low, high = points[k] - REACH_M, points[k] + REACH_M
             for s in around[:n_around]:
-                if s != part[k] and _meets(bounds[s], low, high):
+                if s != shape[k] and _meets(bounds[s], low, high):
                     close[n_close] = s
                     n_close += 1
             found[k] = _is_reached(
-                points[k], normals[k], shoulders, first, low_xy, planes, start, close[:n_close]
+                points[k], normals[k], shoulders, first, low_xy, planes, start, close[:n_close], tree
             )  # fmt: skip
     return found
 
@@ -171,11 +187,13 @@ def _meets(bounds: FloatArray, low: FloatArray, high: FloatArray) -> bool:
 @numba.njit(cache=True)
 def _is_reached(
     point: FloatArray, normal: FloatArray, shoulders: FloatArray, first: IntArray, low_xy: FloatArray,
-    planes: FloatArray, start: IntArray, close: IntArray,
+    planes: FloatArray, start: IntArray, close: IntArray, tree: TriangleTree | None,
 ) -> bool:  # fmt: skip
-    """Whether a shoulder sees the point from before its face within reach, past the parts ``close`` to it."""
+    """Whether a shoulder sees the point from before its face within reach, past the solids ``close`` to it and the
+    triangles of the tree.
+    """
     origin, end = np.empty(3), point + END_M * normal
-    last = 0  # the part that cut the last line, likely to cut the next
+    last = 0  # the solid that cut the last line, likely to cut the next
     for s in close:
         if cuts(planes, start[s], start[s + 1], end, end):
             return False
@@ -197,6 +215,8 @@ def _is_reached(
                 if cuts(planes, start[close[n]], start[close[n] + 1], origin, end):
                     free, last = False, n
                     break
+            if free and tree is not None:
+                free = not is_cut(tree, origin, end)
             if free:
                 return True
     return False

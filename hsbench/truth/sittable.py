@@ -13,6 +13,7 @@ walkable cell lies within .7 m; a movable seat is moved to its use position firs
 - A movable seat is pulled straight back, as little as possible; on the way it hits nothing that it did not hit at t0.
 
 Boxes are tested exactly; patches every centimetre along the front edge and at four depths, pulls every centimetre.
+Surfaces of mesh parts are those of ``tops``.
 """
 
 from __future__ import annotations
@@ -22,38 +23,32 @@ from typing import TypeAlias
 
 import numba
 import numpy as np
-from scipy.spatial import ConvexHull
 
-from hsbench.geometry.convex import ConvexSolid
-from hsbench.geometry.numerics import quantise_m
 from hsbench.geometry.transforms import planar
+from hsbench.geometry.triangle_rays import TriangleTree, is_cut
 from hsbench.schema.scene import Scene, SceneObject
-from hsbench.truth.obstacles import TOUCH_M, Box, Obstacles, Shapes, box_hits, cuts, hit_pairs, moved
-from hsbench.truth.walkable import STEP_M, WalkMap, blocked
+from hsbench.truth.obstacles import TOUCH_M, Box, Obstacles, Shapes, box_hits, cuts, hit_pairs, is_within, moved
+from hsbench.truth.tops import PATCH_M as PATCH_M
+from hsbench.truth.tops import SLACK_M, THIGH_M, Surface, places, surfaces
+from hsbench.truth.walkable import STEP_M, WalkMap, blocked, blocked_by_body
 from hsbench.typing import BoolArray, FloatArray
 
 SEAT_ROLES = ("seat", "mattress")
-SEAT_HEIGHT_M = (0.25, 0.75)  # this and the next eight: task affordance-topdown
-MAX_TILT_RAD = np.radians(15.0)
-PATCH_M = 0.35
+SEAT_HEIGHT_M = (0.25, 0.75)  # this and the next six: task affordance-topdown
 HEAD_ROOM_M = 0.85
 LEGS_M = 0.35
 LEGS_ABOVE_M = 0.1
 APPROACH_M = 0.7
 SHOULDER_STANDING_M = 1.4
 SHOULDER_SEATED_M = 0.55
-PULL_M = 0.8  # this and the next three: our defaults
-THIGH_M = 0.15  # from back to hollow of the knee .5 m (ISO/TR 7250-2, adults) less the patch
+PULL_M = 0.8  # this and the next two: our defaults
 THIGH_HEIGHT_M = 0.15
 BEDDING_M = 0.12
 BACKLESS = frozenset(("stool", "bar_stool", "bench", "ottoman", "piano"))
 FRONT = ((0.0, -1.0),)
 SIDES = ((0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0))
-STEP_ALONG_M = 0.01
-STEP_BACK_M = 0.05
 STEP_AHEAD_M = 0.005
 STEP_PULL_M = 0.01
-SLACK_M = 1e-6  # lengths that differ by less are equal, so that the last bits of a turn decide nothing
 
 Stops: TypeAlias = tuple[int, int, int]
 
@@ -62,15 +57,24 @@ Stops: TypeAlias = tuple[int, int, int]
 class SeatUse:
     """A part in use as a seat, facing one way. centres_xy: (K, 2) middles of free patches, after the pull.
 
-    front_xy: (2,) unit vector faced. height_m: of the surface. pull_m: how far the object was moved against front_xy.
+    surface: where it is at t0. front_xy: (2,) unit vector faced. pull_m: how far the object was moved against front_xy.
     """
 
     object_index: int
-    part_index: int
+    surface: Surface
     front_xy: FloatArray
     centres_xy: FloatArray
-    height_m: float
     pull_m: float
+
+    @property
+    def part_index(self) -> int:
+        """The part sat upon."""
+        return self.surface.part_index
+
+    @property
+    def height_m(self) -> float:
+        """Height of the surface."""
+        return self.surface.height_m
 
     @property
     def shift_xy(self) -> FloatArray:
@@ -88,34 +92,24 @@ def seat_uses(scene: Scene, walk: WalkMap, obstacles: Obstacles) -> tuple[SeatUs
         for k, item in enumerate(scene.objects)
         for j, part in enumerate(item.parts)
         if part.role in SEAT_ROLES
-        for use in _part_uses(k, j, item, walk, obstacles)
+        for surface in surfaces(item, k, j, obstacles)
+        if SEAT_HEIGHT_M[0] <= surface.height_m <= SEAT_HEIGHT_M[1]
+        for use in _surface_uses(k, surface, item, walk, obstacles)
     )
-
-
-def upper_outline(solid: ConvexSolid) -> tuple[FloatArray, float] | None:
-    """((H, 2) counter-clockwise outline, height in m) of a solid's surface on top; None if it has none.
-
-    The surface is the convex hull, seen from above, of the faces tilted by at most 15 degrees; its height the largest.
-    """
-    faces = solid.planes[solid.planes[:, 2] >= np.cos(MAX_TILT_RAD) - SLACK_M]
-    on_top = (np.abs(solid.vertices @ faces[:, :3].T - faces[:, 3]) < SLACK_M).any(axis=1)
-    corners = solid.vertices[on_top]
-    if not len(corners):
-        return None
-    outline = corners[ConvexHull(corners[:, :2]).vertices, :2]
-    return np.ascontiguousarray(outline), float(quantise_m(corners[:, 2].max()))
 
 
 def around(obstacles: Obstacles, object_index: int, margin_m: float, height_m: float) -> tuple[Shapes, Stops]:
     """What may hinder the use of a surface of an object at a height, and where its kinds end.
 
     First other objects' parts within ``margin_m`` that do not lie flat on the floor, then the object's own parts that
-    rise above the surface, then its others.
+    rise above the surface, then its others: shapes, so that the seat of a mesh is one thing and its back another.
     """
     bounds = obstacles.shapes.bounds
     own = obstacles.of(object_index)
     low = bounds[own, 0].min(axis=0) - [margin_m, margin_m, 0.0]
     high = bounds[own, 1].max(axis=0) + [margin_m, margin_m, SHOULDER_STANDING_M]
+    if obstacles.wall.any():  # a closed piece is known by all that lies above a point
+        high[2] = np.inf
     others = np.setdiff1d(obstacles.near(low, high), own)
     others = others[bounds[others, 1, 2] > STEP_M]
     bedding = bounds[own, 1, 2] <= height_m + BEDDING_M
@@ -125,35 +119,38 @@ def around(obstacles: Obstacles, object_index: int, margin_m: float, height_m: f
 
 
 def approached(
-    walk: WalkMap, shapes: Shapes, middles: FloatArray, along: FloatArray, size_m: tuple[float, float], height_m: float
-) -> BoolArray:
+    walk: WalkMap, shapes: Shapes, tree: TriangleTree, middles: FloatArray, along: FloatArray,
+    size_m: tuple[float, float], height_m: float,
+) -> BoolArray:  # fmt: skip
     """(K, 2) middles of rectangles at a height, a unit vector (2,), sizes along and across it -> (K,) bool: the centre
-    of a free cell lies within ``APPROACH_M``, and no shape between the shoulders of who stands there and who sits here.
+    of a free cell lies within ``APPROACH_M``, and no solid shape and no triangle of the tree between the shoulders of
+    who stands there and who sits here.
     """
     half = (size_m[0] / 2, size_m[1] / 2)
-    return np.asarray(_approached(walk.free, walk.origin_xy, walk.cell_m, shapes, middles, along, half, height_m))
+    return np.asarray(_approached(walk.free, walk.origin_xy, walk.cell_m, shapes, tree, middles, along, half, height_m))
 
 
-def _part_uses(k: int, j: int, item: SceneObject, walk: WalkMap, obstacles: Obstacles) -> list[SeatUse]:
-    surface = upper_outline(item.solids[j])
-    if surface is None or not SEAT_HEIGHT_M[0] <= surface[1] <= SEAT_HEIGHT_M[1]:
+def _surface_uses(k: int, surface: Surface, item: SceneObject, walk: WalkMap, obstacles: Obstacles) -> list[SeatUse]:
+    facings = [(front, places(surface, front)) for front in _facings(item, item.parts[surface.part_index].role)]
+    if not any(len(on_surface) for _, on_surface in facings):
         return []
-    outline, height = surface
-    shapes, stops = around(obstacles, k, APPROACH_M + (PULL_M if item.movable else 0.0), height)
-    touching = hit_pairs(shapes, stops[0], stops[2])
+    shapes, stops = around(obstacles, k, APPROACH_M + (PULL_M if item.movable else 0.0), surface.height_m)
+    touching = hit_pairs(shapes, stops[0], stops[2]) if item.movable else np.empty((0, 0), dtype=np.bool_)
     last = round(PULL_M / STEP_PULL_M) if item.movable else 0
     uses = []
-    for front in _facings(item, item.parts[j].role):
+    for front, on_surface in facings:
         step = 0
         while step <= last:
-            step, middles = _next_use(shapes, stops, touching, outline, height, front, step, last)
+            step, middles = _next_use(shapes, stops, touching, on_surface, surface.height_m, front, step, last)
             pull = step * STEP_PULL_M
             if len(middles):
-                x, y = -pull * front
-                beside, around_it = _beside(walk, item, x, y), moved(shapes, stops[0], stops[2], x, y)
-                middles = middles[approached(beside, around_it, middles, front, (PATCH_M, PATCH_M), height)]
+                shift = -pull * front
+                beside, around_it = _beside(walk, k, shift, obstacles), moved(shapes, stops[0], stops[2], *shift)
+                tree = obstacles.tree_moved(k, shift)
+                near = approached(beside, around_it, tree, middles, front, (PATCH_M, PATCH_M), surface.height_m)
+                middles = middles[near]
             if len(middles):
-                uses.append(SeatUse(k, j, front, middles, height, pull))
+                uses.append(SeatUse(k, surface, front, middles, pull))
                 last = step
                 break
             step += 1
@@ -167,17 +164,20 @@ def _facings(item: SceneObject, role: str | None) -> FloatArray:
     return np.asarray(facings / np.sqrt((facings**2).sum(axis=1, keepdims=True)))
 
 
-def _beside(walk: WalkMap, item: SceneObject, x: float, y: float) -> WalkMap:
+def _beside(walk: WalkMap, object_index: int, shift_xy: FloatArray, obstacles: Obstacles) -> WalkMap:
     """The cells that stay free beside an object moved along the floor."""
-    if x == y == 0.0:
+    if not shift_xy.any():
         return walk
-    return blocked(walk, [solid.transformed(planar(x, y, 0.0)) for solid in item.solids])
+    if object_index in obstacles.bodies:
+        return blocked_by_body(walk, obstacles.bodies[object_index].shifted(shift_xy))
+    solids = [solid for solid in obstacles.solids[object_index] if solid is not None]
+    return blocked(walk, [solid.transformed(planar(shift_xy[0], shift_xy[1], 0.0)) for solid in solids])
 
 
 @numba.njit(cache=True)
 def _approached(
-    free: BoolArray, origin: FloatArray, cell: float, shapes: Shapes, middles: FloatArray, along: FloatArray,
-    half: tuple[float, float], height: float,
+    free: BoolArray, origin: FloatArray, cell: float, shapes: Shapes, tree: TriangleTree, middles: FloatArray,
+    along: FloatArray, half: tuple[float, float], height: float,
 ) -> BoolArray:  # fmt: skip
     near = np.zeros(len(middles), dtype=np.bool_)
     far = APPROACH_M + np.sqrt(half[0] ** 2 + half[1] ** 2)
@@ -197,13 +197,13 @@ def _approached(
                     continue
                 seated[0] = middles[k, 0] + u * along[0] - v * along[1]
                 seated[1] = middles[k, 1] + u * along[1] + v * along[0]
-                near[k] = not _is_cut(shapes, upright, seated)
+                near[k] = not _is_blocked(shapes, upright, seated) and not is_cut(tree, upright, seated)
     return near
 
 
 @numba.njit(cache=True)
-def _is_cut(shapes: Shapes, origin: FloatArray, end: FloatArray) -> bool:
-    """Whether any shape but the scratch box meets the segment between two points (3,)."""
+def _is_blocked(shapes: Shapes, origin: FloatArray, end: FloatArray) -> bool:
+    """Whether any solid but the scratch box meets the segment between two points (3,)."""
     for s in range(len(shapes.start) - 2):
         if cuts(shapes.planes, shapes.start[s, 0], shapes.start[s + 1, 0], origin, end):
             return True
@@ -212,63 +212,30 @@ def _is_cut(shapes: Shapes, origin: FloatArray, end: FloatArray) -> bool:
 
 @numba.njit(cache=True)
 def _next_use(
-    shapes: Shapes, stops: Stops, touching: BoolArray, outline: FloatArray, height: float,
+    shapes: Shapes, stops: Stops, touching: BoolArray, on_surface: FloatArray, height: float,
     front: FloatArray, step: int, last: int,
 ) -> tuple[int, FloatArray]:  # fmt: skip
     """(pull in steps, (K, 2) middles of usable patches) of the first pull of ``step`` .. ``last`` with any; last + 1 if
     there is none or the seat is stuck.
     """
     none = np.empty((0, 2))
+    if len(on_surface) == 0:
+        return last + 1, none
     for k in range(step, last + 1):
-        x, y = -k * STEP_PULL_M * front
-        pulled = moved(shapes, stops[0], stops[2], x, y)
+        pull = k * STEP_PULL_M
+        pulled = moved(shapes, stops[0], stops[2], -pull * front[0], -pull * front[1])
         if k > 0 and (hit_pairs(pulled, stops[0], stops[2]) & ~touching).any():
             return last + 1, none
-        middles = _usable_patches(pulled, stops, outline + np.array([x, y]), height, front)
-        if len(middles):
-            return k, middles
-    return last + 1, none
-
-
-@numba.njit(cache=True)
-def _usable_patches(shapes: Shapes, stops: Stops, outline: FloatArray, height: float, front: FloatArray) -> FloatArray:
-    """(K, 2) middles of the patches on a surface whose use is free facing ``front``, along the front edge."""
-    half = PATCH_M / 2
-    ahead, left = outline @ front, outline[:, 1] * front[0] - outline[:, 0] * front[1]
-    edge, low, high = ahead.max(), left.min() + half, left.max() - half
-    found = np.empty((0, 2))
-    if high < low - SLACK_M:
-        return found
-    steps = 2 * max(1, int(np.ceil((high - low - SLACK_M) / (2 * STEP_ALONG_M))))  # even: the middle is one of them
-    found = np.empty(((steps + 1) * (int(THIGH_M / STEP_BACK_M) + 2), 2))
-    count = 0
-    for k in range(steps + 1):
-        across = low + (high - low) * k / steps
-        rear, fore = _chord(ahead, left, across, half - SLACK_M)
-        while fore >= rear and edge - fore - half <= THIGH_M + SLACK_M:
-            if _is_usable(shapes, stops, front, fore, across, edge, height):
-                found[count] = fore * front[0] - across * front[1], fore * front[1] + across * front[0]
+        middles = np.empty((len(on_surface), 2))
+        count = 0
+        for n in range(len(on_surface)):
+            ahead, left, edge = on_surface[n, 0] - pull, on_surface[n, 1], on_surface[n, 2] - pull
+            if _is_usable(pulled, stops, front, ahead, left, edge, height):
+                middles[count] = ahead * front[0] - left * front[1], ahead * front[1] + left * front[0]
                 count += 1
-            fore -= STEP_BACK_M
-    return found[:count].copy()
-
-
-@numba.njit(cache=True)
-def _chord(ahead: FloatArray, left: FloatArray, across: float, inset: float) -> tuple[float, float]:
-    """Extent along ``ahead``, at one value of ``left``, of what lies ``inset`` inside a counter-clockwise outline."""
-    rear, fore = -np.inf, np.inf
-    for k in range(len(ahead)):
-        n = (k + 1) % len(ahead)
-        x, y = left[n] - left[k], ahead[k] - ahead[n]  # outward normal
-        length = np.sqrt(x * x + y * y)
-        rest = x * ahead[k] + y * left[k] - inset * length - y * across
-        if x > SLACK_M * length:
-            fore = min(fore, rest / x)
-        elif x < -SLACK_M * length:
-            rear = max(rear, rest / x)
-        elif rest < 0.0:
-            fore = -np.inf
-    return rear, fore
+        if count:
+            return k, middles[:count].copy()
+    return last + 1, none
 
 
 @numba.njit(cache=True)
@@ -280,14 +247,16 @@ def _is_usable(
     x, y, half = front[0], front[1], PATCH_M / 2
     everything = np.arange(stops[2])
     above, across, fore = everything[: stops[1]], (left - half, left + half), ahead + half
-    if box_hits(shapes, above, Box(x, y, (ahead - half, fore), across, (height, height + HEAD_ROOM_M))):
+    torso = Box(x, y, (ahead - half, fore), across, (height, height + HEAD_ROOM_M))
+    if box_hits(shapes, above, torso) or is_within(shapes, everything, torso):
         return False
     knee = max(edge, fore)
     while knee <= fore + THIGH_M + SLACK_M:
         thigh = Box(x, y, (fore, knee), across, (height, height + THIGH_HEIGHT_M))
         if knee > fore + TOUCH_M and box_hits(shapes, above, thigh):
             return False
-        if not box_hits(shapes, everything, Box(x, y, (knee, knee + LEGS_M), across, (LEGS_ABOVE_M, height))):
+        legs = Box(x, y, (knee, knee + LEGS_M), across, (LEGS_ABOVE_M, height))
+        if not box_hits(shapes, everything, legs) and not is_within(shapes, everything, legs):
             return True
         knee += STEP_AHEAD_M
     return False

@@ -1,6 +1,7 @@
 """The surfaces of a scene in small patches, to be labelled one by one, and drawn into voxels and into plans.
 
-Each face of a convex part is divided into equal rectangles of at most ``PATCH_M`` a side, along its longest edge. A
+Each face of a convex shape, and each triangle of a mesh, is divided into equal rectangles of at most ``PATCH_M`` a
+side, along its longest edge; a triangle along the second longest, a side of the rectangle that it may be half of. A
 patch stands for all of the face within its rectangle and is judged at one point: its middle, or at the face's border
 the middle of its share of the face.
 """
@@ -26,8 +27,8 @@ class Patches(NamedTuple):
     """P patches on F faces; all in the scene frame, metres.
 
     point: (P, 3) where a patch is judged. middle: (P, 3) of its rectangle. face: (P,) index. normal: (F, 3) outward.
-    half: (F, 2, 3) half sides of the rectangles as vectors. part: (F,) index of the part. thickness_m: (F,) of the part
-    along the normal.
+    half: (F, 2, 3) half sides of the rectangles as vectors. shape: (F,) index of the shape. thickness_m: (F,) of the
+    part along the normal.
     """
 
     point: FloatArray
@@ -35,24 +36,25 @@ class Patches(NamedTuple):
     face: Int32Array
     normal: FloatArray
     half: FloatArray
-    part: Int32Array
+    shape: Int32Array
     thickness_m: FloatArray
 
     @property
     def owner(self) -> Int32Array:
-        """(P,) index of the part a patch lies on."""
-        return np.asarray(self.part[self.face])
+        """(P,) index of the shape a patch lies on."""
+        return np.asarray(self.shape[self.face])
 
     @property
     def faces_up(self) -> BoolArray:
-        """(P,) bool: on top of its part, tilted by at most 15 degrees."""
+        """(P,) bool: on top of its shape, tilted by at most 15 degrees."""
         return np.asarray(self.normal[self.face, 2] >= FLAT)
 
 
 def cut_patches(obstacles: Obstacles, low_z_m: float, high_z_m: float) -> Patches:
-    """The patches, between two heights, of the faces of all parts."""
+    """The patches, between two heights, of the surface of all parts."""
     shapes = obstacles.shapes
-    return Patches(*_cut(shapes.planes, shapes.corners, shapes.start, low_z_m, high_z_m))
+    found = Patches(*_cut(shapes.planes, shapes.corners, shapes.start, obstacles.face, low_z_m, high_z_m))
+    return found._replace(thickness_m=np.maximum(found.thickness_m, obstacles.behind_m))
 
 
 def draw_voxels(patches: Patches, labels: UInt8Array, obstacles: Obstacles, grid: VoxelGrid) -> UInt8Array:
@@ -83,20 +85,23 @@ def draw_plan(
 
 @numba.njit(cache=True)
 def _cut(
-    planes: FloatArray, corners: FloatArray, start: IntArray, low_z: float, high_z: float
+    planes: FloatArray, corners: FloatArray, start: IntArray, carries: BoolArray, low_z: float, high_z: float
 ) -> tuple[FloatArray, FloatArray, Int32Array, FloatArray, FloatArray, Int32Array, FloatArray]:
     n_faces = len(planes)
     normal, half = np.zeros((n_faces, 3)), np.zeros((n_faces, 2, 3))
-    part, thickness = np.zeros(n_faces, dtype=np.int32), np.zeros(n_faces)
+    shape, thickness = np.zeros(n_faces, dtype=np.int32), np.zeros(n_faces)
     point, middle, face = np.empty((1024, 3)), np.empty((1024, 3)), np.empty(1024, dtype=np.int32)
     count = 0
     for s in range(len(start) - 1):
         own = corners[start[s, 1] : start[s + 1, 1]]
+        of_mesh = len(own) == 3
         for p in range(start[s, 0], start[s + 1, 0]):
-            normal[p], part[p] = planes[p, :3], s
+            normal[p], shape[p] = planes[p, :3], s
+            if not carries[p]:
+                continue
             along = own @ planes[p, :3]
             thickness[p] = planes[p, 3] - along.min()
-            polygon, a, b = _polygon(own[np.abs(along - planes[p, 3]) < SLACK_M], planes[p, :3])
+            polygon, a, b = _polygon(own[np.abs(along - planes[p, 3]) < SLACK_M], planes[p, :3], of_mesh)
             if len(polygon) < 3:
                 continue
             u, v = polygon[:, 0], polygon[:, 1]
@@ -120,11 +125,11 @@ def _cut(
                     middle[count] = planes[p, 3] * planes[p, :3] + x * a + y * b
                     face[count] = p
                     count += 1
-    return point[:count].copy(), middle[:count].copy(), face[:count].copy(), normal, half, part, thickness
+    return point[:count].copy(), middle[:count].copy(), face[:count].copy(), normal, half, shape, thickness
 
 
 @numba.njit(cache=True)
-def _polygon(points: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _polygon(points: FloatArray, normal: FloatArray, of_mesh: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Corners (K, 3) of a convex face -> (K, 2) counter-clockwise along two unit vectors, the first an edge."""
     a, b = np.zeros(3), np.zeros(3)
     if len(points) < 3:
@@ -135,13 +140,15 @@ def _polygon(points: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatA
     b = np.cross(normal, a)
     angle = np.arctan2((points - centre) @ b, (points - centre) @ a)
     ring = points[np.argsort(angle, kind="mergesort")]
-    longest = 0.0
-    for k in range(len(ring)):
-        edge = ring[(k + 1) % len(ring)] - ring[k]
-        length = np.sqrt((edge**2).sum())
-        if length > longest + SLACK_M:
-            longest = length
-            a = edge / length
+    longest, limit = 0.0, np.inf
+    for _ in range(2 if of_mesh else 1):
+        for k in range(len(ring)):
+            edge = ring[(k + 1) % len(ring)] - ring[k]
+            length = np.sqrt((edge**2).sum())
+            if longest + SLACK_M < length < limit:
+                longest = length
+                a = edge / length
+        longest, limit = 0.0, longest - SLACK_M
     b = np.cross(normal, a)
     return np.column_stack((ring @ a, ring @ b)), a, b
 
@@ -170,8 +177,8 @@ def _holds(u: FloatArray, v: FloatArray, x: float, y: float) -> bool:
 
 
 @numba.njit(cache=True)
-def _on_part(planes: FloatArray, start: IntArray, part: int, x: float, y: float, z: float) -> bool:
-    for p in range(start[part, 0], start[part + 1, 0]):
+def _on_shape(planes: FloatArray, start: IntArray, shape: int, x: float, y: float, z: float) -> bool:
+    for p in range(start[shape, 0], start[shape + 1, 0]):
         if planes[p, 0] * x + planes[p, 1] * y + planes[p, 2] * z > planes[p, 3] + SLACK_M:
             return False
     return True
@@ -184,6 +191,23 @@ def _steps(half: FloatArray, side: float) -> int:
 
 
 @numba.njit(cache=True)
+def _samples(patches: Patches, k: int, planes: FloatArray, start: IntArray, side: float) -> FloatArray:
+    """(N, 3) points all over a patch, ``SUBSAMPLES`` to a cell along each of its sides."""
+    f = patches.face[k]
+    a, b = patches.half[f, 0], patches.half[f, 1]
+    na, nb = _steps(a, side), _steps(b, side)
+    found = np.empty((na * nb, 3))
+    count = 0
+    for i in range(na):
+        for j in range(nb):
+            p = patches.middle[k] + ((2 * i + 1) / na - 1.0) * a + ((2 * j + 1) / nb - 1.0) * b
+            if _on_shape(planes, start, patches.shape[f], p[0], p[1], p[2]):
+                found[count] = p
+                count += 1
+    return found[:count]
+
+
+@numba.njit(cache=True)
 def _draw_voxels(
     patches: Patches, labels: UInt8Array, planes: FloatArray, start: IntArray, origin: FloatArray, side: float,
     volume: UInt8Array,
@@ -191,18 +215,12 @@ def _draw_voxels(
     for k in range(len(labels)):
         if labels[k] == 0:
             continue
-        f = patches.face[k]
-        a, b = patches.half[f, 0], patches.half[f, 1]
-        na, nb = _steps(a, side), _steps(b, side)
-        for i in range(na):
-            for j in range(nb):
-                p = patches.middle[k] + ((2 * i + 1) / na - 1.0) * a + ((2 * j + 1) / nb - 1.0) * b
-                if not _on_part(planes, start, patches.part[f], p[0], p[1], p[2]):
-                    continue
-                q = np.floor((p - SLACK_M * patches.normal[f] - origin) / side)
-                x, y, z = int(q[0]), int(q[1]), int(q[2])
-                if 0 <= x < volume.shape[0] and 0 <= y < volume.shape[1] and 0 <= z < volume.shape[2]:
-                    volume[x, y, z] |= labels[k]
+        inward = SLACK_M * patches.normal[patches.face[k]]
+        for p in _samples(patches, k, planes, start, side):
+            q = np.floor((p - inward - origin) / side)
+            x, y, z = int(q[0]), int(q[1]), int(q[2])
+            if 0 <= x < volume.shape[0] and 0 <= y < volume.shape[1] and 0 <= z < volume.shape[2]:
+                volume[x, y, z] |= labels[k]
 
 
 @numba.njit(cache=True)
@@ -237,7 +255,7 @@ def _draw_flat(
             z = -(normal[0] * x + normal[1] * y) / normal[2]
             inside = abs(x * a[0] + y * a[1] + z * a[2]) <= aa + SLACK_M * np.sqrt(aa)
             inside &= abs(x * b[0] + y * b[1] + z * b[2]) <= bb + SLACK_M * np.sqrt(bb)
-            if inside and _on_part(planes, start, patches.part[f], middle[0] + x, middle[1] + y, middle[2] + z):
+            if inside and _on_shape(planes, start, patches.shape[f], middle[0] + x, middle[1] + y, middle[2] + z):
                 plan[i, j] |= label
 
 
@@ -247,15 +265,10 @@ def _draw_upright(
     plan: UInt8Array,
 ) -> None:  # fmt: skip
     f = patches.face[k]
-    a, b, normal = patches.half[f, 0], patches.half[f, 1], patches.normal[f]
+    normal = patches.normal[f]
     behind = min(side, patches.thickness_m[f]) / 2 / np.sqrt(normal[0] ** 2 + normal[1] ** 2) - SLACK_M
-    na, nb = _steps(a, side), _steps(b, side)
-    for i in range(na):
-        for j in range(nb):
-            p = patches.middle[k] + ((2 * i + 1) / na - 1.0) * a + ((2 * j + 1) / nb - 1.0) * b
-            if not _on_part(planes, start, patches.part[f], p[0], p[1], p[2]):
-                continue
-            x = int(np.floor((p[0] - behind * normal[0] - origin[0]) / side))
-            y = int(np.floor((p[1] - behind * normal[1] - origin[1]) / side))
-            if 0 <= x < plan.shape[0] and 0 <= y < plan.shape[1]:
-                plan[x, y] |= label
+    for p in _samples(patches, k, planes, start, side):
+        x = int(np.floor((p[0] - behind * normal[0] - origin[0]) / side))
+        y = int(np.floor((p[1] - behind * normal[1] - origin[1]) / side))
+        if 0 <= x < plan.shape[0] and 0 <= y < plan.shape[1]:
+            plan[x, y] |= label

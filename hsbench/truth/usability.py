@@ -40,7 +40,7 @@ class Uses:
 
 def uses(scene: Scene) -> Uses:
     """Count what can be used. Tops beyond the heights of task affordance-topdown are left out, and of the handles on
-    the two faces of a door or window one must be reached. Raises SchemaError for an object with mesh parts.
+    the two faces of a door or window one must be reached.
     """
     found = afford(scene)
     labels = part_affordances(found).labels
@@ -81,7 +81,8 @@ def _stretched_reach(found: AffordanceScene) -> BoolArray:
     patches = found.patches
     normals = patches.normal[patches.face]
     touched = reached(patches.point, normals, patches.owner, found.obstacles, shoulders)
-    return np.asarray(np.bincount(patches.owner, touched, minlength=len(found.obstacles)) > 0)
+    part = found.obstacles.part[patches.owner]
+    return np.asarray(np.bincount(part, touched, minlength=found.obstacles.part_count) > 0)
 
 
 def _twins(parts: list[tuple[SceneObject, Part]], roles: BoolArray, usable: BoolArray) -> BoolArray:

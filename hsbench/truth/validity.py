@@ -11,8 +11,10 @@ import numpy as np
 
 from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.separation import penetrating_pairs
+from hsbench.geometry.triangle_rays import nearest
 from hsbench.schema.scene import Scene, SceneObject
 from hsbench.truth.doorways import doorways
+from hsbench.truth.meshes import has_mesh, mesh_body
 from hsbench.truth.walkable import WalkMap, connected, walk_map
 from hsbench.typing import BoolArray, FloatArray
 
@@ -38,12 +40,12 @@ class Faults:
 
 
 def faults(scene: Scene) -> Faults:
-    """What is wrong with a scene of convex parts; mesh parts are not judged."""
+    """What is wrong with a scene. How deep meshes penetrate is not judged: an open one has no inside. All else is."""
     return Faults(penetrating(scene), floating(scene), blocked_doors(scene))
 
 
 def penetrating(scene: Scene) -> tuple[str, ...]:
-    """Pairs of objects with parts deeper than ``PENETRATION_M`` inside each other."""
+    """Pairs of objects with convex parts deeper than ``PENETRATION_M`` inside each other."""
     solids = [s for item in scene.objects for s in item.solids]
     owner = np.array([k for k, item in enumerate(scene.objects) for _ in item.solids], dtype=np.int64)
     pairs, depth = penetrating_pairs(solids, owner, PENETRATION_M)
@@ -61,7 +63,7 @@ def floating(scene: Scene) -> tuple[str, ...]:
     return tuple(
         f"{_name(item)} floats at z = {item.vertices[:, 2].min():.3f} m"
         for item in scene.objects
-        if item.solids and item.category.group != "structure" and not _held(scene, item)
+        if item.category.group != "structure" and not _held(scene, item)
     )
 
 
@@ -84,7 +86,7 @@ def _near(walk: WalkMap, point_xy: FloatArray) -> BoolArray:
 
 def _held(scene: Scene, item: SceneObject) -> bool:
     """Whether a lowest corner rests on something, a rearmost is at a wall, or a highest one at the ceiling."""
-    points = np.concatenate([s.vertices for s in item.solids])
+    points = item.vertices
     low, high = points[:, 2].min(), points[:, 2].max()
     others = [o for o in scene.objects if o is not item]
     if _meets(points[points[:, 2] < low + GAP_M], DOWN, others):
@@ -102,7 +104,12 @@ def _meets(points: FloatArray, direction: FloatArray, others: list[SceneObject])
     """Whether a ray of ``GAP_M`` from any of the points (N, 3) along a unit direction meets another object."""
     ends = np.stack([points, points + (GAP_M + ROUNDING_M) * direction])
     low, high = ends.min(axis=(0, 1)) - ROUNDING_M, ends.max(axis=(0, 1)) + ROUNDING_M
+    start, ways = points - ROUNDING_M * direction, np.tile(direction, (len(points), 1))
     return any(
+        np.isfinite(nearest(mesh_body(other).tree, start, ways, 0.0, end=GAP_M + 2 * ROUNDING_M)).any()
+        for other in others
+        if has_mesh(other) and (other.vertices.min(axis=0) <= high).all() and (other.vertices.max(axis=0) >= low).all()
+    ) or any(
         _cut(solid, points, direction).any()
         for other in others
         for solid in other.solids

@@ -16,6 +16,7 @@ from scipy import ndimage
 
 from hsbench.errors import SchemaError
 from hsbench.geometry.convex import ConvexSolid
+from hsbench.geometry.footprints import monotone_chain
 from hsbench.geometry.polygons import contains
 from hsbench.schema.scene import Scene
 from hsbench.truth.doorways import Doorway, doorways
@@ -91,9 +92,7 @@ def walk_map(
     solids = [s for item in scene.objects if not has_mesh(item) for s in item.solids]
     walk = blocked(walk, solids, radius_m, head_room_m, step_m)
     for body in (mesh_body(item) for item in scene.objects if has_mesh(item)):
-        walk = shaded(walk, _mesh_shadows(body, head_room_m, step_m), radius_m)
-        inside = columns_inside(body, walk.origin_xy, walk.free.shape, walk.cell_m, (step_m + head_room_m) / 2)
-        walk = WalkMap(walk.origin_xy, walk.free & ~inside, walk.cell_m)
+        walk = blocked_by_body(walk, body, radius_m, head_room_m, step_m)
     return walk
 
 
@@ -106,6 +105,19 @@ def blocked(
 ) -> WalkMap:
     """The map after more solids (in its frame) have been put into the room; the given one stays as it is."""
     return shaded(walk, shadows(solids, head_room_m, step_m), radius_m)
+
+
+def blocked_by_body(
+    walk: WalkMap,
+    body: MeshBody,
+    radius_m: float = RADIUS_M,
+    head_room_m: float = HEAD_ROOM_M,
+    step_m: float = STEP_M,
+) -> WalkMap:
+    """The map after an object with mesh parts has been put into the room."""
+    walk = shaded(walk, _mesh_shadows(body, head_room_m, step_m), radius_m)
+    inside = columns_inside(body, walk.origin_xy, walk.free.shape, walk.cell_m, (step_m + head_room_m) / 2)
+    return WalkMap(walk.origin_xy, walk.free & ~inside, walk.cell_m)
 
 
 def shadows(solids: Sequence[ConvexSolid], head_room_m: float = HEAD_ROOM_M, step_m: float = STEP_M) -> Shadows:
@@ -247,29 +259,6 @@ def _slice_points(vertices: FloatArray, triangles: Int32Array, z_low: float, z_h
 
 
 @numba.njit(cache=True)
-def _hull(points: FloatArray) -> FloatArray:
-    """(H, 2) convex hull, counter-clockwise (Andrew's monotone chain)."""
-    count = len(points)
-    order = np.argsort(points[:, 1], kind="mergesort")
-    order = order[np.argsort(points[order, 0], kind="mergesort")]
-    hull = np.empty((2 * count + 1, 2))
-    size = 0
-    for half in range(2):
-        base = size
-        for step in range(count):
-            p = points[order[step if half == 0 else count - 1 - step]]
-            while size - base >= 2:
-                a, b = hull[size - 2], hull[size - 1]
-                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0.0:
-                    break
-                size -= 1
-            hull[size] = p
-            size += 1
-        size -= 1  # the last point of a half is the first of the other
-    return hull[: max(size, 1)]
-
-
-@numba.njit(cache=True)
 def _shadows(
     vertices: FloatArray, triangles: Int32Array, first: IntArray, z_low: float, z_high: float
 ) -> tuple[FloatArray, IntArray]:
@@ -281,7 +270,7 @@ def _shadows(
         own = vertices[first[s, 0] : first[s + 1, 0]]
         if own[:, 2].max() <= z_low + TOUCH_M or own[:, 2].min() >= z_high - TOUCH_M:
             continue
-        hull = _hull(_slice_points(own, triangles[first[s, 1] : first[s + 1, 1]], z_low, z_high))
+        hull = monotone_chain(_slice_points(own, triangles[first[s, 1] : first[s + 1, 1]], z_low, z_high))
         points[used : used + len(hull)] = hull
         used += len(hull)
         count += 1

@@ -22,9 +22,10 @@ from hsbench.datasets.importers.scene_placement import read_source, world_transf
 from hsbench.datasets.importers.scene_truth import scene_grid, scene_truth
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.transforms import apply
-from hsbench.io.scene_folder import read_occupancy, read_scene
+from hsbench.io.scene_folder import read_affordance, read_occupancy, read_scene
 from hsbench.io.scene_glb import glb_bytes
 from hsbench.schema.scene import Scene, SceneObject
+from hsbench.schema.states import Affordance
 from hsbench.truth.meshes import mesh_body
 from hsbench.truth.occupancy import solid_occupancy
 from hsbench.truth.sight import ray_image
@@ -280,3 +281,52 @@ def test_the_living_room_goes_out_and_comes_back(living: Path, tmp_path: Path) -
     assert np.array_equal(solid_occupancy(again, grid)[1], solid_occupancy(scene, grid)[1])
     drawn = plan_svg(scene)
     assert all(f">{name}<" in drawn for name in ("sofa", "bookshelf", "stool", "sideboard", "wardrobe"))
+
+
+# ---------------------------------------------------------------- affordance
+
+
+def afforded(scene: Scene) -> dict[Affordance, set[str]]:
+    """Categories of the objects with a part of each label, for people who are on the largest piece of free floor."""
+    parts = scene_truth(scene).affordance.parts
+    assert parts is not None
+    names = np.array([scene.object(i).category_name for i in parts.object_id.tolist()])
+    return {kind: set(names[parts.labels >> kind & 1 == 1].tolist()) for kind in Affordance}
+
+
+@pytest.mark.slow
+def test_the_living_room_is_used_as_such_rooms_are(living: Path) -> None:
+    """35,000 triangles, hardly a convex piece. The sofa is one mesh: its seat is sat upon, arms and back are not."""
+    scene, found = read_scene(living), read_affordance(living)
+    assert found.parts is not None
+    names = np.array([scene.object(i).category_name for i in found.parts.object_id.tolist()])
+    having = {kind: set(names[found.parts.labels >> kind & 1 == 1].tolist()) for kind in Affordance}
+    assert having[Affordance.SITTABLE] == {"sofa", "stool"}
+    assert having[Affordance.OPENABLE] == {"door", "sideboard"}
+    assert having[Affordance.INTERACTABLE] == {"door", "sideboard", "bookshelf", "wardrobe"}
+    assert {"bookshelf", "wardrobe", "sideboard", "stool"} <= having[Affordance.SUPPORTABLE]
+    assert not {"ceiling_lamp", "ceiling"} & set().union(*having.values())
+    half = len(found.labels) // 2
+    cells = np.argwhere(found.labels >> Affordance.SITTABLE & 1 == 1) + 0.5
+    xy = (half - cells) * found.cell_m
+    (sofa,) = objects(scene, "sofa")
+    local = (xy - sofa.box[:2]) @ sofa.scene_T_object[:2, :2]
+    on_it = (np.abs(local) < sofa.box[3:5] / 2).all(axis=1)
+    assert 1.0 < on_it.sum() * found.cell_m**2 < 1.6  # three cushions of about .6 x .7 m
+    assert (np.abs(local[on_it, 0]) < sofa.box[3] / 2 - 0.3).all()  # the arms are wider
+
+
+@pytest.mark.slow
+def test_the_chairs_of_the_room_are_sat_upon_and_its_tables_used(room_89: ImportedScene) -> None:
+    having = afforded(room_89.scene)
+    assert having[Affordance.SITTABLE] == {"chair"}
+    assert having[Affordance.INTERACTABLE] == {"dining_table"}
+    assert not having[Affordance.OPENABLE] | having[Affordance.LYABLE]
+
+
+def test_the_habitat_table_is_in_reach_and_nothing_is_a_seat() -> None:
+    rows: dict[str, str | Label] = {"Cube": "floor", "Cube.001": "object"}
+    rows |= {f"Cube.00{k}": Label("dining_table", "table", "top" if k == 2 else None) for k in range(2, 7)}
+    having = afforded(import_scene(HABITAT / "simple_room.stage_config.json", table(rows), "simple").scene)
+    assert having[Affordance.INTERACTABLE] == {"dining_table"}
+    assert not having[Affordance.SITTABLE]

@@ -28,17 +28,18 @@ Sitting
   at t0 counts as a use position too. The cells are those under the seat at t0, for truth is the room at t0.
 - Solids may touch and overlap by 1 mm.
 
-These are the readings of ``LITERAL``, taken before anything else was looked at. Against another reader three cases were
+These are the readings of ``LITERAL``, taken before anything else was looked at. Against another reader four cases were
 left, in each of which the text allows both; ``SETTLED`` takes the other's side, so that what remains can be compared:
 - round_patch: a disc .35 m across is patch enough, so that round stools can be sat on.
 - least_pull: "its use position" is one: a seat is drawn back no farther than needed to sit facing one way.
-- own_front: "in front" of a seat that has a back is the front of the furniture, not any side.
+- own_front: "in front" of a seat that has a back is the front of the furniture, not any side; and a seat without one is
+  drawn back against the way that one faces on it, not against a front that it does not have.
+- gap_m: how far before the patch the shins may begin.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 import shapely
@@ -52,12 +53,12 @@ DOOR_REACH_M = 0.5
 FACE_M, VOLUME_M = 0.02, 0.05
 TILT = np.cos(np.radians(15.0))
 SEAT_M = (0.25, 0.75)
-WIDE_M, TRUNK_M, SHIN_FROM_M, THIGH_M, GAP_M = 0.35, 0.85, 0.1, 0.15, 0.1
+WIDE_M, TRUNK_M, SHIN_FROM_M, THIGH_M = 0.35, 0.85, 0.1, 0.15
 WALK_WITHIN_M = 0.7
 PULL_M, PULL_STEP_M = 0.6, 0.05
 PLACE_STEP_M, GAP_STEP_M = 0.025, 0.01
 TOUCH_M, SEAM_M = 1e-3, 1e-7
-AROUND_M = PULL_M + GAP_M + TRUNK_M  # what is farther from a seat is in nobody's way
+AROUND_M = PULL_M + THIGH_M + TRUNK_M  # what is farther from a seat is in nobody's way
 QUARTER_TURNS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 FRONT = (0, -1)  # object frame
 BACKLESS = ("stool", "bar_stool", "bench", "ottoman", "piano")  # seats that have no front of their own
@@ -140,10 +141,11 @@ class Reading:
     round_patch: bool
     least_pull: bool
     own_front: bool
+    gap_m: float
 
 
-LITERAL = Reading(round_patch=False, least_pull=False, own_front=False)
-SETTLED = Reading(round_patch=True, least_pull=True, own_front=True)
+LITERAL = Reading(round_patch=False, least_pull=False, own_front=False, gap_m=0.1)
+SETTLED = Reading(round_patch=True, least_pull=True, own_front=True, gap_m=0.15)
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +252,7 @@ def places_on(seat, own, others, facing, walk, reading):
     for height in np.unique(places[:, 2].round(3)):
         here = np.flatnonzero(places[:, 2].round(3) == height)
         flat = np.column_stack([places[here, :2], np.zeros(len(here))])
-        for gap in np.arange(0.0, GAP_M + 1e-9, GAP_STEP_M):
+        for gap in np.arange(0.0, reading.gap_m + 1e-9, GAP_STEP_M):
             front = WIDE_M / 2 + gap
             shins = body_box(facing, (front, front + WIDE_M), (SHIN_FROM_M, height))
             found = fits(shins, flat, own + others)
@@ -261,14 +263,16 @@ def places_on(seat, own, others, facing, walk, reading):
     return places[free]
 
 
-def use_poses(item, others):
-    """The poses (4, 4) at which a seat may be used: its own, and those it can be drawn back to if it is movable."""
+def use_poses(item, others, facing):
+    """The poses (4, 4) at which a seat may be used: its own, and those it can be drawn back to if it is movable,
+    against the way (3,) that one faces.
+    """
     poses = [item.scene_T_object]
     if item.movable:
         hulls = object_hulls(item)
         obstacles = [h for h in others if h.high[2] > STEP_M]
         for pull in np.arange(1, round(PULL_M / PULL_STEP_M) + 1) * PULL_STEP_M:
-            back = item.scene_T_object[:3, 1] * pull
+            back = -facing * pull
             if not all(fits(hull, back[None], obstacles)[0] for hull in hulls):
                 break
             moved = item.scene_T_object.copy()
@@ -288,19 +292,21 @@ def sittings(scene, walk, reading=LITERAL) -> list[Sitting]:
         others = [
             h for h in everything if h.object_id != item.object_id and (h.low < high).all() and (h.high > low).all()
         ]
-        settled = set()
-        for pose in use_poses(item, others):
-            own = object_hulls(item, pose)
-            for seat, turn in product((h for h in own if h.role in ("seat", "mattress")), QUARTER_TURNS):
-                if reading.own_front and turn != FRONT and seat.role == "seat" and item.category_name not in BACKLESS:
-                    continue
-                facing = (pose[:3, :2] @ np.array(turn, dtype=float))[:2]
-                if reading.least_pull and (seat.part_index, turn) in settled:
-                    continue
-                places = places_on(seat, own, others, facing, walk, reading)
-                found += [Sitting(item.object_id, seat.part_index, patch, facing, pose) for patch in places]
-                if len(places):
-                    settled.add((seat.part_index, turn))
+        backless = item.category_name in BACKLESS
+        for turn in QUARTER_TURNS:
+            facing, front = (item.scene_T_object[:3, :2] @ np.array(way, dtype=float) for way in (turn, FRONT))
+            settled = set()
+            for pose in use_poses(item, others, facing if reading.own_front and backless else front):
+                own = object_hulls(item, pose)
+                for seat in (h for h in own if h.role in ("seat", "mattress")):
+                    if reading.own_front and turn != FRONT and seat.role == "seat" and not backless:
+                        continue
+                    if reading.least_pull and seat.part_index in settled:
+                        continue
+                    places = places_on(seat, own, others, facing[:2], walk, reading)
+                    found += [Sitting(item.object_id, seat.part_index, patch, facing[:2], pose) for patch in places]
+                    if len(places):
+                        settled.add(seat.part_index)
     return found
 
 

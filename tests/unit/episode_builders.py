@@ -15,6 +15,7 @@ from hsbench.schema import (
     SKELETONS,
     AffordanceTruth,
     EventTable,
+    ObjectMotions,
     ObjectTruth,
     OccupancyTruth,
     Part,
@@ -88,6 +89,17 @@ def events() -> EventTable:
         np.array([0, 5], dtype=np.int64),
         np.array([7, 5], dtype=np.int64),
         ("pelvis", ""),
+    )
+
+
+def motions() -> ObjectMotions:
+    """The table of ``scene()`` is pushed aside while its leg turns on the spot, and comes back without turning."""
+    move = [[0.1, -0.25, 0.5], [0.0, 0.0, -1.0], [0.0, 0.0, 0.0]]
+    return ObjectMotions(
+        np.array([5, 5, 200_000_000], dtype=np.int64),
+        np.array([4, 4, 4], dtype=np.int32),
+        ("", "leg", ""),
+        np.array(move),
     )
 
 

@@ -44,6 +44,12 @@ class Boundary:
         """(2,) middle of the rectangle in episode coordinates."""
         return self.from_axes((self.low + self.high) / 2)
 
+    @property
+    def corners(self) -> FloatArray:
+        """(4, 2) corners in episode coordinates, counter-clockwise."""
+        (x0, y0), (x1, y1) = self.low, self.high
+        return self.from_axes(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
+
     def contains(self, points: FloatArray) -> BoolArray:
         """(..., 2) -> (...) bool."""
         along = self.to_axes(points)

@@ -18,8 +18,10 @@ import numpy as np
 
 from hsbench.datasets.importers.scene_source import (
     GREY,
+    MAX_FILE_BYTES,
     MAX_NODES,
     MAX_TEXTURE_BYTES,
+    TOO_LARGE,
     Rgb,
     SourceMesh,
     SourceNode,
@@ -27,15 +29,16 @@ from hsbench.datasets.importers.scene_source import (
     check_triangles,
     checked_mesh,
     mean_colour,
-    read_limited,
     referenced,
     rgb,
 )
 from hsbench.errors import DataError
 from hsbench.geometry.transforms import matrix_from_quaternion
+from hsbench.io.reading import read_limited
 from hsbench.io.strict_json import parse_json
 from hsbench.typing import AnyArray, FloatArray, Int32Array
 
+GLB_HEADER_BYTES = 12
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 FLOAT = 5126
 INDEX_TYPES = {5121: "<u1", 5123: "<u2", 5125: "<u4"}
@@ -48,7 +51,9 @@ HARMLESS_EXTENSIONS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_tex
 
 def read_gltf(path: Path, root: Path) -> SourceScene:
     """The default scene of a file; what it refers to must lie in ``root``. Raises DataError, naming the item."""
-    data = read_limited(path)
+    data = read_limited(path, MAX_FILE_BYTES, TOO_LARGE)
+    if not data:
+        raise DataError(f"{path}: is empty; expected a glTF 2.0 file (an incomplete copy?)")
     try:
         document, binary = _split(path, data) if data[:4] == b"glTF" else (parse_json(data), None)
         return _Reader(path, root, document, binary).scene()
@@ -70,9 +75,11 @@ def read_gltf(path: Path, root: Path) -> SourceScene:
 
 def _split(path: Path, data: bytes) -> tuple[Any, bytes | None]:
     """JSON and binary chunk of a GLB file."""
-    _, version, length = struct.unpack_from("<4sII", data)
-    if version != 2 or length != len(data):
-        raise DataError(f"{path}: GLB of version {version}, {length:,} bytes long; expected version 2 of {len(data):,}")
+    _, version, length = struct.unpack_from("<4sII", data.ljust(GLB_HEADER_BYTES, b"\0"))
+    if len(data) < GLB_HEADER_BYTES or length != len(data):
+        raise DataError(f"{path}: {len(data):,} bytes; expected {length:,}, as its header says (an incomplete copy?)")
+    if version != 2:
+        raise DataError(f"{path}: GLB of version {version}; expected version 2")
     document, binary, at = None, None, 12
     while at + 8 <= len(data):
         size, kind = struct.unpack_from("<II", data, at)
@@ -236,7 +243,7 @@ class _Reader:
                 raise DataError(f"data URI is no base64 ({error})") from error
         path = referenced(uri, self.path.parent, self.root, self.path)
         self.files.append(path)
-        return read_limited(path)
+        return read_limited(path, MAX_FILE_BYTES, TOO_LARGE)
 
     def colour(self, material: int | None) -> Rgb:
         """SRGB colour of a material: its factor times the mean of its texture; grey where that is missing."""

@@ -23,6 +23,9 @@ from hsbench.typing import FloatArray
 MAX_EXTENT_M, MIN_EXTENT_M = 100.0, 0.5
 """Homes and offices are smaller than the first and larger than the second."""
 
+USUAL_HEIGHT_M = (1.9, 6.0)
+"""Of attics and halls; what lies outside is told, as no other sign may show that the units are wrong."""
+
 LIKELY_SCALES = (0.001, 0.01, 0.0254, 0.1, 10.0, 100.0, 1000.0)
 LIKELY_EXTENT_M = (2.0, 40.0)
 IMPORTED = "imported"
@@ -76,6 +79,8 @@ def import_scene(
     if source.missing_textures:
         notes.append(f"missing or unreadable, grey in their place: {', '.join(source.missing_textures)}")
     notes = [*source.notes, *notes, *room_notes, height_note]
+    if not USUAL_HEIGHT_M[0] <= height_m <= USUAL_HEIGHT_M[1]:
+        notes.append(f"{height_m:.2f} m is unusual for a room (if these are feet or decimetres: --scale 0.3048 or 0.1)")
     style = str(source.extras.get("style", IMPORTED))
     return ImportedScene(Scene(scene_id, rooms, height_m, objects, style), tuple(notes), source.files)
 

@@ -23,8 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from hsbench.datasets.importers.scene_source import read_limited
 from hsbench.errors import DataError
+from hsbench.io.reading import read_limited
 from hsbench.io.strict_json import parse_json
 from hsbench.schema.categories import CATEGORIES, ROLES
 from hsbench.schema.scene import Room

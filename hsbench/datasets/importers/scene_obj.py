@@ -13,25 +13,27 @@ import numpy as np
 
 from hsbench.datasets.importers.scene_source import (
     GREY,
+    MAX_FILE_BYTES,
     MAX_NODES,
+    TOO_LARGE,
     Rgb,
     SourceMesh,
     SourceNode,
     SourceScene,
     check_triangles,
     checked_mesh,
-    read_limited,
     referenced,
     rgb,
 )
 from hsbench.errors import DataError
+from hsbench.io.reading import read_limited
 
 SHOWN = 12  # names in one message
 
 
 def read_obj(path: Path, root: Path) -> SourceScene:
     """The nodes of a file; its material files must lie in ``root``. Raises DataError, naming the line."""
-    lines = read_limited(path).decode("utf-8", "replace").splitlines()
+    lines = read_limited(path, MAX_FILE_BYTES, TOO_LARGE).decode("utf-8", "replace").splitlines()
     opens = "o" if any(line.startswith("o ") for line in lines) else "g"
     vertices: list[list[str]] = []
     named: list[str] = []
@@ -98,7 +100,7 @@ def _colours(path: Path) -> dict[str, Rgb]:
     """Material -> diffuse colour."""
     colours: dict[str, Rgb] = {}
     name = ""
-    for line in read_limited(path).decode("utf-8", "replace").splitlines():
+    for line in read_limited(path, MAX_FILE_BYTES, TOO_LARGE).decode("utf-8", "replace").splitlines():
         word, _, rest = line.strip().partition(" ")
         if word == "newmtl":
             name = rest.strip()

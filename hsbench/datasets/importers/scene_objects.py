@@ -28,6 +28,9 @@ COORDINATE_DECIMALS = 6  # what is not near one keeps a micrometre
 MIN_SOLID_M = 0.01
 """Only what is as thick as this becomes a convex solid: thinner ones could slip between the points of truth."""
 
+CHIEF_ROLES = ("seat", "mattress", "top", "shelf", "screen", "board", "door")
+"""Roles that a whole object can have: of a seat, a mattress and a top only fitting surfaces count."""
+
 SHOWN = 12  # nodes named in one message
 
 Key = tuple[str, ...]
@@ -75,8 +78,8 @@ def group_nodes(
         grouping.add(index)
     if grouping.unlabelled:
         raise DataError(_unlabelled(grouping.unlabelled))
-    notes = [*grouping.notes, *_unused(table, grouping.used, nodes)]
-    return [group for group in grouping.groups.values() if group.meshes], notes
+    groups = [group for group in grouping.groups.values() if group.meshes]
+    return groups, [*grouping.notes, *_unused(table, grouping.used, nodes), *_give_roles(groups)]
 
 
 class _Grouping:
@@ -155,6 +158,20 @@ def snapped(coordinates: FloatArray) -> FloatArray:
     near = quantise_m(coordinates)
     fine = np.round(coordinates, COORDINATE_DECIMALS) + 0.0
     return np.where(np.abs(coordinates - near) <= SNAP_M, near, fine)
+
+
+def _give_roles(groups: list[Group]) -> list[str]:
+    """Give the parts of objects without any role the chief one of their category, if it has one; a note says so."""
+    given: dict[str, str] = {}
+    for group in groups:
+        role = next(iter(category(group.category).roles), None)
+        if role in CHIEF_ROLES and not any(mesh.role or mesh.original for mesh in group.meshes):
+            group.meshes = [replace(mesh, role=role) for mesh in group.meshes]
+            given[group.category] = role
+    if not given:
+        return []
+    shown = ", ".join(f"{name} as {role}" for name, role in sorted(given.items()))
+    return [f"objects none of whose parts has a role are used as their category is: {shown}"]
 
 
 def _object_id(extras: Mapping[str, Any]) -> int | None:

@@ -24,15 +24,17 @@ import numpy as np
 from hsbench.datasets.importers.scene_gltf import read_gltf
 from hsbench.datasets.importers.scene_obj import read_obj
 from hsbench.datasets.importers.scene_source import (
+    MAX_FILE_BYTES,
     MAX_NODES,
+    TOO_LARGE,
     SourceNode,
     SourceScene,
     check_triangles,
-    read_limited,
     referenced,
 )
 from hsbench.errors import DataError
 from hsbench.geometry.transforms import apply, is_rigid, matrix_from_quaternion, rigid
+from hsbench.io.reading import read_limited
 from hsbench.io.strict_json import parse_json
 from hsbench.typing import FloatArray
 
@@ -54,7 +56,7 @@ def read_source(path: Path, root: Path) -> SourceScene:
     if not name.endswith(".json"):
         raise DataError(f"{path}: expected .glb, .gltf, .obj, a model list .json, {INSTANCE} or {STAGE}")
     try:
-        document = parse_json(read_limited(path))
+        document = parse_json(read_limited(path, MAX_FILE_BYTES, TOO_LARGE))
         if name.endswith(INSTANCE):
             return _habitat_scene(document, path, root)
         if name.endswith(STAGE):
@@ -169,7 +171,7 @@ def _habitat_asset(path: Path, root: Path) -> tuple[SourceNode, SourceScene]:
     """A model in Habitat's frame: turned by the ``up`` and ``front`` of its configuration, scaled to metres."""
     if path.suffix.lower() != ".json":
         return SourceNode(path.stem), read_source(path, root)
-    config = parse_json(read_limited(path))
+    config = parse_json(read_limited(path, MAX_FILE_BYTES, TOO_LARGE))
     file = referenced(config["render_asset"], path.parent, root, path)
     if file.suffix.lower() == ".json":
         raise DataError(f"{path}: render_asset is {config['render_asset']!r}; expected a model")

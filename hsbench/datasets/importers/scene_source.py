@@ -18,6 +18,7 @@ from hsbench.errors import DataError
 from hsbench.typing import AnyArray, FloatArray, Int32Array
 
 MAX_FILE_BYTES = 512 << 20
+TOO_LARGE = "split it, or simplify its meshes"
 MAX_TRIANGLES = 4_000_000
 """Over all nodes: a furnished flat has tens to hundreds of thousands."""
 MAX_NODES = 50_000
@@ -68,18 +69,6 @@ class SourceScene:
     missing_textures: tuple[str, ...] = ()
     files: tuple[Path, ...] = ()
     extras: Mapping[str, Any] = field(default_factory=dict)
-
-
-def read_limited(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
-    """The bytes of a file. Raises DataError if it cannot be read or has more than ``limit``."""
-    try:
-        with path.open("rb") as file:
-            data = file.read(limit + 1)
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read: {error.strerror or error}") from error
-    if len(data) > limit:
-        raise DataError(f"{path}: more than {limit:,} bytes; expected at most that (split it, or simplify its meshes)")
-    return data
 
 
 def referenced(uri: object, folder: Path, root: Path, by: Path) -> Path:

@@ -48,8 +48,9 @@ def import_to_folder(
             "up": up,
             "scale": scale,
             "default": default,
-            "notes": list(imported.notes),
+            "notes": [*imported.notes, *truth.notes],
         },
+        truth.affordance,
     )
     return imported, truth
 

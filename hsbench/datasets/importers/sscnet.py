@@ -35,6 +35,7 @@ from hsbench.geometry import transforms
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.voxel_labels import downsample_labels as downsample_labels
+from hsbench.io.reading import read_limited
 from hsbench.typing import AnyArray, Float32Array, FloatArray, UInt8Array
 
 CAMERA = PinholeCamera(640, 480, fx_px=518.8579, fy_px=518.8579, cx_px=320.0, cy_px=240.0)
@@ -105,7 +106,7 @@ def read_depth_png(path: str | Path) -> Float32Array:
 
     Raises DataError for anything but a one-channel 16-bit PNG of rotated millimetres.
     """
-    data = _read_bytes(path, MAX_PNG_BYTES)
+    data = read_limited(Path(path), MAX_PNG_BYTES, "a different file?")
     if not data.startswith(_PNG_SIGNATURE) or data[12:16] != b"IHDR" or len(data) < 33:
         raise DataError(f"{path}: is not a PNG; expected a 16-bit depth PNG (is this the volume .bin?)")
     # The header is read first, so that a small file cannot claim a huge image.
@@ -131,7 +132,7 @@ def read_volume(path: str | Path) -> SscnetVolume:
 
     Raises DataError for a truncated file, runs that do not fill the volume, unknown labels or a pose that is not rigid.
     """
-    data = _read_bytes(path, MAX_VOLUME_BYTES)
+    data = read_limited(Path(path), MAX_VOLUME_BYTES, "a different file?")
     if data.startswith(_PNG_SIGNATURE):
         raise DataError(f"{path}: is a PNG; expected a volume .bin (depth and volume in the wrong order?)")
     if len(data) < HEADER_BYTES + 8 or (len(data) - HEADER_BYTES) % 8:
@@ -210,14 +211,3 @@ def _rigid_pose(path: str | Path, matrix: FloatArray) -> FloatArray:
         raise DataError(f"{path}: pose {matrix.round(3).tolist()} is not rigid; expected camera to world ({hint})")
     u, _, vt = np.linalg.svd(matrix[:3, :3])
     return transforms.rigid(u @ vt, matrix[:3, 3])
-
-
-def _read_bytes(path: str | Path, limit: int) -> bytes:
-    try:
-        with Path(path).open("rb") as file:
-            data = file.read(limit + 1)
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read: {error.strerror}") from error
-    if len(data) > limit:
-        raise DataError(f"{path}: more than {limit:,} bytes; expected at most that (a different file?)")
-    return data

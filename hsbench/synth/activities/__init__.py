@@ -1,6 +1,6 @@
-"""What people do in a room: plans of walking, sitting, touching and looking, with their poses, actions and events."""
+"""What people do in a room or home: whole lives of one or several, with their poses, actions, events and motions."""
 
 from hsbench.synth.activities.config import LifeConfig
-from hsbench.synth.activities.life import Life, live
+from hsbench.synth.activities.life import Life, live, stream
 
-__all__ = ["Life", "LifeConfig", "live"]
+__all__ = ["Life", "LifeConfig", "live", "stream"]

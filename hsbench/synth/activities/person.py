@@ -1,227 +1,338 @@
-"""One person's day: choose what to do next, do it, remember where one has been."""
+"""One person: chooses what to do next, goes there without meeting anybody, does it, and writes it down.
+
+Each way of doing something is a generator that yields whenever time has passed, so that people take turns: whoever is
+free first goes on. Until its first yield nothing has been done.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from hsbench.geometry.numerics import quantise_angle, quantise_m
-from hsbench.schema.scene import Part, Scene, SceneObject
+from hsbench.geometry.numerics import quantise_m
+from hsbench.schema.scene import SceneObject
 from hsbench.schema.states import Action
+from hsbench.synth.activities.catalogue import CATALOGUE, EXPLORE, LOOK, SIT, TOUCH, Activity
 from hsbench.synth.activities.config import LifeConfig, Range
-from hsbench.synth.activities.contact import Obstacles
-from hsbench.synth.activities.seats import Seat, find_seat, ledge_parts, seat_parts, sit_on
-from hsbench.synth.activities.touches import REACH_S, Touch, find_seated_touch, find_touch, touch_parts
-from hsbench.synth.people.body import Body, J
-from hsbench.synth.people.channels import Channels, concatenate, pose, standing
-from hsbench.synth.people.motion import reach, stand, walk
-from hsbench.synth.people.navigation import costs_from, nearest_free, route_from
+from hsbench.synth.activities.contact import body_depth
+from hsbench.synth.activities.diary import Diary, Undone, rows_of
+from hsbench.synth.activities.entrance import OPEN_S, SHUT_S, Entrance
+from hsbench.synth.activities.places import Places
+from hsbench.synth.activities.schedule import HABITS, duration_s, weights
+from hsbench.synth.activities.seats import Seat, Surface
+from hsbench.synth.activities.sitting import NO_SEAT, lie_somewhere, sit_somewhere
+from hsbench.synth.activities.standing import stand_about, stand_beside, talk, towards, wander
+from hsbench.synth.activities.touching import touch_something
+from hsbench.synth.activities.traffic import Traffic, without_lines
+from hsbench.synth.people.body import Body
+from hsbench.synth.people.channels import Channels, Idle, concatenate, pose_block, standing
+from hsbench.synth.people.gestures import gesture
+from hsbench.synth.people.motion import shift, stand, walk
+from hsbench.synth.people.navigation import costs_from, route_from
 from hsbench.synth.seeds import Seeds
-from hsbench.truth.walkable import WalkMap
-from hsbench.typing import BoolArray, FloatArray, UInt8Array
+from hsbench.typing import FloatArray
 
 SEEN_M = 0.40  # a place so near to where one has walked is explored
-SEEN_WEIGHT = 0.05  # of an explored place as a target, against 1 of another
 SEEN_STRIDE_FRAMES = 5  # of a walk, every so many frames explore
-TRIES = 6  # parts tried before something else is done
-SEAT_PAUSE_S = 0.4  # before one sits down, and after one gets up
-WINDOW_M = 1.3  # how near one comes to a window
-TOUCH_M = 0.03  # a finger tip farther than this from its point touches nothing
-TURN_RAD = 1.2  # most one turns while pausing
+TRIES = 4  # places tried for an activity
+ACTIVITIES_TRIED = 6  # before one waits
+DELAYS_S = (0.0, 0.5, 1.0, 2.0, 4.0)  # of a walk that somebody is in the way of
+WAIT_S = 1.0
+SLICE_S = 20.0  # what takes longer is done in pieces
+SETTLE_S = 6.0  # between two shifts of weight
+JOIN_GAIN = 6.0  # how much likelier an activity is that others are at, for so much longer at least:
+LEAST_JOINED_S = 20.0
+AGAIN_GAIN = 0.1  # and one that one has just done
+FEET_APART_M = 0.25  # of those who sit opposite each other
+CHECK_FRAMES = 10  # a gesture is tried against furniture every so many frames
+GRAZE_M = 0.025
+TWO_HANDED = ("type",)
+
+Steps = Generator[None, None, str]
+"""Yields when time has passed; returns why nothing was done, "" if it was."""
 
 
 @dataclass(frozen=True)
-class Doing:
-    """One event in frames of the life, ``end`` being the last frame."""
+class Present:
+    """What somebody is doing: activity, the object it is about (0: none), until which frame, and where the feet of who
+    sits are.
+    """
 
-    activity: str
-    start: int
-    end: int
-    object_id: int = 0
-    part: str = ""
-    contact: str = ""
+    activity: Activity
+    anchor: int
+    until: int
+    feet_xy: tuple[float, float] | None = None
 
 
 class Person:
-    """Builds the channels, actions and events of one life, frame by frame from frame 0."""
+    """Number 0, 1, ...; comes in at a frame, on a free cell, with a heading. ``company`` is shared by all."""
 
     def __init__(
-        self, scene: Scene, body: Body, walk_map: WalkMap, reachable: BoolArray, config: LifeConfig, seeds: Seeds,
-        xy: FloatArray, yaw_rad: float, frames: int,
+        self, number: int, places: Places, traffic: Traffic, company: dict[int, Present], config: LifeConfig,
+        seeds: Seeds, frame: int, xy: FloatArray, yaw_rad: float,
     ) -> None:  # fmt: skip
-        self.body, self.walk_map, self.reachable, self.config = body, walk_map, reachable, config
-        self.rng, self.pose_rng = seeds.rng("plan"), seeds.rng("idle")
-        self.obstacles = Obstacles.of(scene)
-        self.frames = frames
-        self.chunks: list[Channels] = [standing(body, xy, yaw_rad)]
-        self.actions: list[UInt8Array] = [np.array([Action.STAND], dtype=np.uint8)]
-        self.length = 1
-        self.doings: list[Doing] = []
-        self.touches: dict[int, Touch] = {}  # the touch of an event, by its place in ``doings``
-        self.seen = np.zeros_like(walk_map.free)
-        self.centres = walk_map.centres()
-        self.seats, self.ledges = seat_parts(scene), ledge_parts(scene)
-        self.touchable = touch_parts(scene)
-        self.windows = [item for item in scene.objects if item.category_name == "window"]
+        self.number, self.places, self.traffic, self.company, self.config = number, places, traffic, company, config
+        self.body = Body.sample(seeds.rng("body"))
+        self.rng, self.idle = seeds.rng("plan"), Idle.sample(seeds.rng("idle"))
+        self.habits = HABITS[config.habits[number % len(config.habits)]]
+        self.hand = self.body.style.hand
+        self.used_id, self.obstacles = NO_SEAT, places.obstacles
+        self.diary = Diary(frame, standing(self.body, xy, yaw_rad))
+        self.seen = np.zeros_like(places.floor.free)
+        self.tried: set[object] = set()  # seats and parts used so far
+        self.atypical_due = 0
+        self.last = EXPLORE
         self._remember(xy[None])
 
-    def live(self) -> tuple[FloatArray, UInt8Array, list[Doing]]:
-        """(T, 25, 3) joints, (T,) actions and the events, T being the frames asked for."""
-        config = self.config
-        choices = (self._explore, self._sit, self._touch, self._look)
-        edges = np.cumsum([config.explore, config.sit, config.touch, config.look])
-        self._explore()
-        while self.length < self.frames:
-            choice = choices[int(np.searchsorted(edges, self.rng.random() * edges[-1], side="right"))]
-            contact = choice in (self._sit, self._touch)
-            atypical = contact and self.rng.random() < config.atypical_share and self._sit_on_one_of(self.ledges)
-            if not (atypical or choice() or self._explore()):
-                self._pause()
-        return self._finished()
+    def live(self) -> Iterator[None]:
+        """Does one thing after another; yields whenever time has passed."""
+        natural = self.config.mode == "natural"
+        if not natural:
+            yield from wander(self, EXPLORE)
+        while True:
+            before = self.diary.frame
+            yield from self._next(CATALOGUE if natural else (EXPLORE, SIT, TOUCH, LOOK))
+            if self.diary.frame == before:
+                yield from self.wait(WAIT_S)
 
-    def _finished(self) -> tuple[FloatArray, UInt8Array, list[Doing]]:
-        joints = pose(self.body, concatenate(self.chunks), self.config.fps, self.pose_rng)[: self.frames]
-        action = np.concatenate(self.actions)[: self.frames]
-        kept = []
-        for number, doing in enumerate(self.doings):
-            if doing.start >= self.frames:
-                continue
-            doing = replace(doing, end=min(doing.end, self.frames - 1))
-            if number in self.touches and self._misses(self.touches[number], joints[doing.start : doing.end + 1]):
-                action[doing.start : doing.end + 1] = action[doing.start - 1]
-                continue
-            kept.append(doing)
-        return joints, action, kept
-
-    def _misses(self, touch: Touch, joints: FloatArray) -> bool:
-        """Whether the finger tip is ever too far from the point it should touch, in (T, 25, 3) joints."""
-        tips = joints[:, J[touch.contact.replace("hand", "hand_tip")]]
-        return bool((np.sum((tips - np.array(touch.point_m)) ** 2, axis=1) > TOUCH_M**2).any())
-
-    def _do(
-        self, chunk: Channels, action: Action, activity: str = "", thing: tuple[int, str, str] = (0, "", "")
-    ) -> None:
-        """Append a chunk, and an event if it has a name; thing: object id, part and contact of the event."""
-        start = self.length
-        self.chunks.append(chunk)
-        self.actions.append(np.full(len(chunk), action, dtype=np.uint8))
-        self.length += len(chunk)
-        if activity:
-            self.doings.append(Doing(activity, start, self.length - 1, *thing))
-
-    def _draw(self, seconds: Range) -> float:
-        return float(quantise_m(self.rng.uniform(*seconds)))
-
-    def _here(self) -> Channels:
-        return self.chunks[-1].last()
-
-    def _walk_to(self, goal_xy: FloatArray, yaw_rad: float | None, activity: str = "walk") -> bool:
-        here = self._here()
-        way = route_from(self.walk_map, costs_from(self.walk_map, here.xy[0]), here.xy[0], goal_xy)
-        if way is None:
+    def comes_in(self, entrance: Entrance) -> bool:
+        """Open a door, come in and shut it, if nobody is in the way; the first thing one does."""
+        diary, fps = self.diary, self.fps
+        outside = entrance.way[0]
+        start = standing(self.body, outside, towards(outside, entrance.way[1]))
+        opening = start.hold(round(OPEN_S * fps))
+        chunk = concatenate([opening, walk(self.body, opening, entrance.way, None, self.config.speed_m_s[0], fps)])
+        shut = diary.begin + 1 + len(chunk) + round(SHUT_S * fps)
+        rest = np.stack([entrance.way[-1]] * 2)
+        traffic = self.traffic
+        if traffic.is_away(entrance.object_id, diary.begin):
             return False
-        chunk = walk(self.body, here, way, yaw_rad, self._draw(self.config.speed_m_s), self.config.fps)
-        self._do(chunk, Action.STAND, activity)
+        if traffic.refusal(self.number, rest) or traffic.conflict(self.number, diary.begin, chunk.xy, rest):
+            return False
+        if not traffic.can_move(self.number, entrance.swept, diary.begin):
+            return False
+        traffic.go(self.number, diary.begin, chunk.xy, rest)
+        traffic.lend(self.number, entrance.object_id, entrance.swept, diary.begin, shut)
+        self.diary = diary = Diary(diary.begin, start)
+        doing = diary.start("enter", entrance.object_id)
+        diary.add(chunk, Action.STAND)
+        diary.stop(doing)
+        keys = ((diary.begin, 0.0), (diary.begin + len(opening), 1.0), (diary.frame - 1, 1.0), (shut, 0.0))
+        for frame, share in keys:
+            diary.shifts += entrance.shifts(frame, share)
         self._remember(chunk.xy[::SEEN_STRIDE_FRAMES])
         return True
 
-    def _remember(self, places: FloatArray) -> None:
+    @property
+    def fps(self) -> int:
+        """Frames a second."""
+        return self.config.fps
+
+    def _next(self, activities: Sequence[Activity]) -> Generator[None, None, None]:
+        """Do the first of some activities, drawn in turn, that can be done."""
+        likely = self._weights(activities)
+        for _ in range(ACTIVITIES_TRIED):
+            if not likely.any():
+                return
+            edges = np.cumsum(likely)
+            choice = int(np.searchsorted(edges, self.rng.random() * edges[-1], side="right"))
+            activity = activities[choice]
+            contact = activity.how in ("sit", "touch")
+            if contact and self.atypical_due and not (yield from sit_somewhere(self, SIT, self.places.ledges)):
+                self.atypical_due -= 1
+                return
+            reason = yield from self._do(activity)
+            if not reason:
+                self.last = activity
+                self.atypical_due += int(contact and self.rng.random() < self.config.atypical_share)
+                return
+            self.diary.undone.append(Undone(self.diary.frame, activity.name, reason))
+            likely[choice] = 0.0
+
+    def _weights(self, activities: Sequence[Activity]) -> FloatArray:
+        config = self.config
+        if config.mode == "exploring":
+            return np.array([config.explore, config.sit, config.touch, config.look])
+        hour = (config.start_hour + self.diary.frame / self.fps / 3600) % 24
+        likely = weights(activities, hour, self.habits)
+        likely[[not self.places.offers(activity) for activity in activities]] = 0.0
+        for other, present in self.company.items():
+            if other != self.number and present.activity.social and self.left_s(present) > LEAST_JOINED_S:
+                likely[[a.name == present.activity.name for a in activities]] *= JOIN_GAIN
+        likely[[a is self.last for a in activities]] *= AGAIN_GAIN
+        return likely
+
+    def _do(self, activity: Activity) -> Steps:
+        self.company.pop(self.number, None)
+        match activity.how:
+            case "sit":
+                steps = sit_somewhere(self, activity, self.places.seats_for(activity))
+            case "lie":
+                steps = lie_somewhere(self, activity)
+            case "touch":
+                steps = touch_something(self, activity)
+            case "beside":
+                steps = stand_beside(self, activity)
+            case "talk":
+                steps = talk(self, activity)
+            case "stand":
+                steps = stand_about(self, activity)
+            case _:
+                steps = wander(self, activity)
+        return (yield from steps)
+
+    # Where one is and how one gets on.
+
+    def draw(self, seconds: Range) -> float:
+        """A duration from a range."""
+        return float(quantise_m(self.rng.uniform(*seconds)))
+
+    def length_s(self, activity: Activity, exploring: Range) -> float:
+        """How long an activity lasts, seconds: from a range in the exploring mode."""
+        return (
+            self.draw(exploring)
+            if activity in (EXPLORE, SIT, TOUCH, LOOK)
+            else duration_s(activity, self.habits, self.rng)
+        )
+
+    def left_s(self, present: Present) -> float:
+        """How much longer somebody does what they do, seconds."""
+        return (present.until - self.diary.frame) / self.fps
+
+    def point(self) -> FloatArray:
+        """(2, 2) what one takes up who just stands."""
+        xy = self.diary.here.xy[0]
+        return np.stack([xy, xy])
+
+    def walk_to(self, goal_xy: FloatArray, yaw_rad: float | None, line: FloatArray, name: str = "walk") -> Steps:
+        """Walk to a place and take up a line (2, 2) there; waits for others, or goes round them."""
+        diary, reason = self.diary, self.traffic.refusal(self.number, line)
+        if reason:
+            return reason
+        reason = "no way leads there"
+        here = diary.here
+        speed = self.draw(self.config.speed_m_s)
+        for way in self._ways(here.xy[0], goal_xy):
+            chunk = walk(self.body, here, way, yaw_rad, speed, self.fps)
+            for delay_s in DELAYS_S:
+                start = diary.frame + round(delay_s * self.fps)
+                reason = self.traffic.conflict(self.number, start, chunk.xy, line)
+                if not reason:
+                    break
+            if not reason:
+                if start > diary.frame:
+                    waiting = diary.start("wait")
+                    diary.add(here.hold(start - diary.frame), Action.STAND)
+                    diary.stop(waiting)
+                self.traffic.go(self.number, start, chunk.xy, line)
+                doing = diary.start(name)
+                diary.add(chunk, Action.STAND)
+                diary.stop(doing)
+                self._remember(chunk.xy[::SEEN_STRIDE_FRAMES])
+                yield
+                return ""
+        return reason
+
+    def _ways(self, start_xy: FloatArray, goal_xy: FloatArray) -> Iterator[FloatArray]:
+        """Routes (n, 2): the shortest, and one that keeps clear of all who are at rest."""
+        floor = self.traffic.open_floor()
+        way = route_from(floor, costs_from(floor, start_xy), start_xy, goal_xy)
+        if way is None:
+            return
+        yield way
+        lines = self.traffic.rests(self.number)
+        if lines:
+            clear = without_lines(floor, lines)
+            around = route_from(clear, costs_from(clear, start_xy), start_xy, goal_xy)
+            if around is not None:
+                yield around
+
+    def _remember(self, xy: FloatArray) -> None:
         """Mark the cells within ``SEEN_M`` of places (n, 2) as explored."""
-        for x, y in places:
-            self.seen |= np.sum((self.centres - (x, y)) ** 2, axis=-1) <= SEEN_M**2
+        floor = self.places.floor
+        span = int(SEEN_M / floor.cell_m) + 1
+        disc = np.add.outer(np.arange(-span, span + 1) ** 2, np.arange(-span, span + 1) ** 2)
+        disc = disc * floor.cell_m**2 <= SEEN_M**2
+        index, inside = floor.index(xy)
+        for i, j in np.unique(index[inside], axis=0):
+            a, b = max(i - span, 0), max(j - span, 0)
+            window = self.seen[a : i + span + 1, b : j + span + 1]
+            window |= disc[a - i + span :, b - j + span :][: window.shape[0], : window.shape[1]]
 
-    def _pause(self) -> None:
-        here = self._here()
-        if self.rng.random() < 0.5:
-            turned = float(here.yaw[0]) + quantise_angle(float(self.rng.uniform(-TURN_RAD, TURN_RAD)))
-            self._do(walk(self.body, here, here.xy, turned, 1.0, self.config.fps), Action.STAND)
-        self._do(stand(self._here(), self._draw(self.config.stand_s), self.config.fps), Action.STAND, "stand")
+    def hold(self, seconds: float, action: Action) -> Generator[None, None, None]:
+        """Stay as one is, in pieces, easing the weight from time to time."""
+        end = self.diary.frame + round(seconds * self.fps)
+        while self.diary.frame < end:
+            left_s = (end - self.diary.frame) / self.fps
+            chunk = stand(self.diary.here, min(left_s, SETTLE_S), self.fps)
+            if left_s > SETTLE_S and self.rng.random() < 0.5 and action != Action.IGNORED:
+                moved = shift(self.diary.here, SETTLE_S, self.fps, self.rng)
+                chunk = moved if self.is_clear(moved) else chunk
+            self.diary.add(chunk, action)
+            yield
 
-    def _explore(self) -> bool:
-        """Walk to a place drawn from the whole floor, mostly where one has not been; stop there a while."""
-        cells = np.argwhere(self.reachable)
-        edges = np.cumsum(np.where(self.seen[tuple(cells.T)], SEEN_WEIGHT, 1.0))
-        goal = cells[int(np.searchsorted(edges, self.rng.random() * edges[-1], side="right"))]
-        if not self._walk_to(self.centres[tuple(goal)], None, "explore"):
-            return False
-        self._pause()
-        return True
+    def gesture(self, kind: str, seconds: float, action: Action) -> Generator[None, None, None]:
+        """A gesture, in pieces."""
+        end = self.diary.frame + round(seconds * self.fps)
+        while self.diary.frame < end:
+            left_s = (end - self.diary.frame) / self.fps
+            length_s = left_s if left_s < 1.5 * SLICE_S else SLICE_S
+            chunk = gesture(self.diary.here, kind, length_s, self.fps, self.rng)
+            self.diary.add(chunk if self.is_clear(chunk) else chunk.last().hold(len(chunk)), action)
+            yield
 
-    def _look(self) -> bool:
-        """Look out of a window."""
-        if not self.windows:
-            return False
-        window = self.windows[int(self.rng.integers(len(self.windows)))]
-        middle = quantise_m(window.box[:2])
-        cell = nearest_free(self.walk_map, middle, self.reachable)
-        if cell is None or cell[1] > WINDOW_M:
-            return False
-        away = middle - cell[0]
-        if not self._walk_to(cell[0], quantise_angle(float(np.arctan2(away[1], away[0])))):
-            return False
-        watching = stand(self._here(), self._draw(self.config.look_s), self.config.fps)
-        self._do(watching, Action.STAND, "look", (window.object_id, "", ""))
-        return True
+    def is_clear(self, chunk: Channels) -> bool:
+        """Whether a motion on the spot runs into nothing."""
+        joints = pose_block(self.body, rows_of(chunk, slice(None, None, CHECK_FRAMES)), 0, 1.0, None)
+        return bool((body_depth(self.obstacles, self.body, joints, self.used_id) <= GRAZE_M).all())
 
-    def _touch(self) -> bool:
-        """Walk to where a part can be touched, and touch it."""
-        for _ in range(min(TRIES, len(self.touchable))):
-            choice = int(self.rng.integers(len(self.touchable)))
-            found = find_touch(
-                *self.touchable[choice], self.body, self.walk_map, self.reachable, self.obstacles, self.rng
-            )
-            if found is None:
-                continue
-            if self._walk_to(np.array(found.stand_xy), found.yaw_rad):
-                self._hold(found.touch, Action.STAND)
-                return True
-        return False
+    def ways(self, activity: Activity) -> tuple[tuple[int, ...], ...]:
+        """Hands with which an activity touches things, the preferred first."""
+        if activity.hands:
+            return ((0, 1),) if activity.gesture in TWO_HANDED else ((self.hand,),)
+        return (self.hand,), (1 - self.hand,)
 
-    def _hold(self, touch: Touch, otherwise: Action) -> None:
-        fps = self.config.fps
-        out = reach(self._here(), touch.side, np.array(touch.point_m), touch.lean_rad, touch.crouch_m, REACH_S, fps)
-        self._do(out, otherwise)
-        held = out.hold(max(1, round(self._draw(self.config.touch_s) * fps)))
-        self.touches[len(self.doings)] = touch
-        self._do(held, Action.INTERACT, "touch", (touch.object_id, touch.part, touch.contact))
-        self._do(out.backwards(), otherwise)
+    def wait(self, seconds: float) -> Generator[None, None, None]:
+        """Wait for others."""
+        doing = self.diary.start("wait")
+        yield from self.hold(seconds, Action.STAND)
+        self.diary.stop(doing)
 
-    def _sit(self) -> bool:
-        """Walk to a seat, sit for a while, perhaps touch what is near, and get up."""
-        return self._sit_on_one_of(self.seats)
+    def stand_free(self) -> None:
+        """From now on one takes up no more than where one stands."""
+        self.traffic.settle(self.number, self.diary.frame, self.point())
 
-    def _sit_on_one_of(self, parts: list[tuple[SceneObject, Part]]) -> bool:
-        for _ in range(min(TRIES, len(parts))):
-            choice = int(self.rng.integers(len(parts)))
-            seat = find_seat(*parts[choice], self.body, self.walk_map, self.reachable, self.obstacles, self.rng)
-            if seat is not None and self._walk_to(np.array(seat.approach_xy), seat.pose.yaw_rad):
-                self._sit_on(seat)
-                return True
-        return False
+    # Choices.
 
-    def _sit_on(self, seat: Seat) -> None:
-        fps = self.config.fps
-        self._do(stand(self._here(), SEAT_PAUSE_S, fps), Action.STAND)
-        down = sit_on(self._here(), seat, fps)
-        self._do(down, Action.IGNORED, "sit_down", (seat.object_id, seat.part, ""))
-        start, budget = self.length, self.length + round(self._draw(self.config.sit_s) * fps)
-        for _ in range(self.config.touches_seated):
-            touch = self._seated_touch()
-            if touch is not None and self.length < budget:
-                self._do(stand(self._here(), self._draw(self.config.stand_s), fps), Action.SIT)
-                self._hold(touch, Action.SIT)
-        if self.length < budget:
-            self._do(self._here().hold(budget - self.length), Action.SIT)
-        self.doings.append(Doing("sit", start, self.length - 1, seat.object_id, seat.part, "pelvis"))
-        self._do(down.backwards(), Action.IGNORED, "stand_up", (seat.object_id, seat.part, ""))
-        self._do(stand(self._here(), SEAT_PAUSE_S, fps), Action.STAND)
+    def is_at(self, activity: Activity, anchor: int, length_s: float, seat: Seat | None = None) -> None:
+        """Let the others know what one does, with which object, for how long, and on which seat."""
+        feet = None if seat is None else (float(seat.feet_xy[0]), float(seat.feet_xy[1]))
+        self.company[self.number] = Present(activity, anchor, self.diary.frame + round(length_s * self.fps), feet)
 
-    def _seated_touch(self) -> Touch | None:
-        here = self._here()
-        for _ in range(min(TRIES, len(self.touchable))):
-            item, part = self.touchable[int(self.rng.integers(len(self.touchable)))]
-            touch = find_seated_touch(item, part, here, self.body, self.obstacles, self.rng)
-            if touch is not None:
-                return touch
-        return None
+    def has_foot_room(self, seat: Seat) -> bool:
+        """Whether nobody who sits opposite has their feet where one's own would be."""
+        others = [p.feet_xy for k, p in self.company.items() if k != self.number and p.feet_xy is not None]
+        return all(float(np.hypot(*(seat.feet_xy - feet))) >= FEET_APART_M for feet in others)
+
+    def is_lain_on(self, item: SceneObject) -> bool:
+        """Whether somebody else lies on an object."""
+        return any(
+            present.activity.how == "lie" and present.anchor == item.object_id
+            for other, present in self.company.items()
+            if other != self.number
+        )
+
+    def shuffled(self, things: Sequence[object]) -> list:  # type: ignore[type-arg]
+        """Some of the things in random order; in the exploring mode those not tried yet come first."""
+        order = self.rng.permutation(len(things)).tolist()
+        if self.config.mode == "exploring":
+            order.sort(key=lambda k: _name(things[k]) in self.tried)
+        return [things[k] for k in order[:TRIES]]
+
+
+def _name(thing: object) -> object:
+    if isinstance(thing, Surface):
+        return thing.item.object_id, thing.part.name
+    return (thing[0].object_id, thing[1].name) if isinstance(thing, tuple) else None

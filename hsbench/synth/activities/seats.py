@@ -1,149 +1,318 @@
-"""Seats: where a body fits on a part with the role seat or mattress, and from which free cell one gets there."""
+"""Seats: where a body fits on a part, and from which free cell one gets there.
+
+Ways of sitting are those of ``truth.sittable``, with the room that this very body needs: a movable seat is drawn back
+first, as little as possible. The edges of low tops are sat on as well, now and then.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.numerics import quantise_angle, quantise_m
 from hsbench.geometry.transforms import apply
 from hsbench.schema.scene import Part, Scene, SceneObject
-from hsbench.synth.activities.contact import Obstacles, axis_points
+from hsbench.synth.activities.contact import Obstacles, body_depth
 from hsbench.synth.people import body as anatomy
 from hsbench.synth.people.body import Body
-from hsbench.synth.people.channels import Channels, pose, standing
-from hsbench.synth.people.motion import SeatPose, sit_down
+from hsbench.synth.people.channels import Channels, concatenate, standing
+from hsbench.synth.people.channels import pose as posed
+from hsbench.synth.people.motion import SeatPose, sit_down, walk
 from hsbench.synth.people.navigation import nearest_free
+from hsbench.synth.people.timing import shares_of, smooth
+from hsbench.truth.sittable import APPROACH_M, BACKLESS, FRONT, PULL_M, SEAT_HEIGHT_M, SEAT_ROLES, SIDES
 from hsbench.truth.walkable import WalkMap
 from hsbench.typing import BoolArray, FloatArray
 
-SEAT_ROLES = ("seat", "mattress")
-SEAT_HEIGHT_M = (0.25, 0.75)  # task affordance-topdown
-APPROACH_M = 0.7  # TASKS: a walkable cell within this of the front of the seat
-PLACE_WIDTH_M = 0.55  # a person's width on a bench or sofa
+Point = tuple[float, float]
+
+PLACE_WIDTH_M = 0.60  # a person's width on a bench or sofa
 DEEPEST_M = 0.36  # pelvis behind the front edge, at most
 DEPTH_SHARE = 0.6  # of the seat's depth, at most
-DEPTH_STEPS = (1.0, 0.8, 0.6, 0.4)
+DEPTH_STEPS = (1.0, 0.7, 0.45)
 THIGH_DROP = 0.66  # of the thigh's length from hip to knee, at most: higher seats leave the feet hanging
 EDGE_SLACK_M = 0.06  # a thigh may sink so far towards the seat's front edge
-FEET_AHEAD_M = 0.03  # ankles before knees
-FIT_MARGIN_M = 0.02  # air around a seated body's axes, other objects
-CROSSING_SHARE = (0.05, 0.30)  # most of the axis points that may touch other things, and the seat, on the way down
+FEET_BACK_M = 0.05  # ankles behind knees
+SEATED_GRAZE_M = 0.005  # by which who sits may press into what is about them: bodies sway
+GRAZE_M = 0.02  # by which a body may press into what is about it
 SIT_DOWN_S = 1.2
-SIT_DOWN_PER_M = 0.6  # slower if the seat is farther from the free cell
+SIT_DOWN_PER_M = 0.6  # slower if the seat is farther from where one stands
+STEP_IN_M_S = 0.6  # between furniture
+CALF_SHARES_M = (0.0, 0.12)  # how much nearer to the seat than one's feet are later one stands
+PULLS_M = (0.0, 0.08, 0.16, 0.24, 0.32, 0.40)  # a movable seat is drawn back to be sat on
+ENTRIES_M = (0.0, 0.15, 0.30, 0.45)  # and so much farther to be got to
+HIT_M = 0.005  # a seat that reaches so far into another thing hits it
 CHECK_FPS = 15.0
-FRONTS: dict[str, tuple[tuple[float, float], ...]] = {
-    "bed": ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0)),
-    "stool": ((0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)),
-    "bench": ((0.0, -1.0), (0.0, 1.0)),
-}
-"""Directions one may face on a seat, in the object frame, where it is not only its front."""
-FRONT = ((0.0, -1.0),)
-ANY_EDGE = FRONTS["stool"]
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A part to sit on, facing ``front`` (2,), a unit vector in the object frame."""
+
+    item: SceneObject
+    part: Part
+    front: FloatArray
+
+    @property
+    def top_m(self) -> float:
+        """Height of the surface."""
+        return float(quantise_m(apply(self.item.scene_T_object, self.part.vertices)[:, 2].max()))
 
 
 @dataclass(frozen=True)
 class Seat:
-    """A place to sit: object, part, the seated pose, and the free cell (x, y) from where one sits down."""
+    """A place to sit: object, part, the pose in which one sits, and how one gets there.
+
+    approach_xy: the free cell from where one steps to stand_xy, before the seat, and sits down. entry_xy, shift_xy:
+    (x, y) moves of the object from its pose at t0 while one sits down, and while one sits; scene frame.
+    """
 
     object_id: int
     part: str
     pose: SeatPose
-    approach_xy: tuple[float, float]
+    approach_xy: Point
+    stand_xy: Point
     sit_down_s: float
+    entry_xy: Point = (0.0, 0.0)
+    shift_xy: Point = (0.0, 0.0)
+
+    @property
+    def line(self) -> FloatArray:
+        """(2, 2) what one takes up: from the free cell to the pelvis."""
+        return np.array([self.approach_xy, self.entry_pose.pelvis_m[:2]])
+
+    @property
+    def entry_pose(self) -> SeatPose:
+        """The pose just after sitting down, before the seat is drawn in."""
+        return _moved(self.pose, np.array(self.entry_xy) - self.shift_xy)
+
+    @property
+    def feet_xy(self) -> FloatArray:
+        """(2,) between the balls of the feet of who sits."""
+        return np.asarray(np.mean(self.pose.balls_m, axis=0)[:2])
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether the object is moved to be sat on."""
+        return self.entry_xy != (0.0, 0.0) or self.shift_xy != (0.0, 0.0)
 
 
-def seat_parts(scene: Scene) -> list[tuple[SceneObject, Part]]:
-    """Parts one may sit on, by role and height."""
-    parts = [(item, part) for item in scene.objects for part in item.parts if part.role in SEAT_ROLES]
-    return [(item, part) for item, part in parts if SEAT_HEIGHT_M[0] <= _top(item, part) <= SEAT_HEIGHT_M[1]]
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """The cells one can get to beside an object and its way, what one can run into, with the object moved by a shift.
+
+    taken: (nx, ny) bool, cells that the moved object takes away, on its way too.
+    """
+
+    floor: WalkMap
+    obstacles: Obstacles
+    taken: BoolArray
 
 
-def ledge_parts(scene: Scene) -> list[tuple[SceneObject, Part]]:
-    """Parts not meant for sitting whose edge one may sit on all the same: tops as low as seats."""
-    parts = [(item, part) for item in scene.objects for part in item.parts if part.role == "top"]
-    return [(item, part) for item, part in parts if SEAT_HEIGHT_M[0] <= _top(item, part) <= SEAT_HEIGHT_M[1]]
+def seat_surfaces(scene: Scene) -> list[Surface]:
+    """All ways of sitting on seats and mattresses by their role and height, whether there is room for it or not."""
+    return _surfaces(scene, SEAT_ROLES)
 
 
-def find_seat(
-    item: SceneObject, part: Part, body: Body, walk: WalkMap, reachable: BoolArray, obstacles: Obstacles,
-    rng: np.random.Generator,
-) -> Seat | None:  # fmt: skip
-    """A place on the part where this body fits and that it can get to, the first of all in random order; or None."""
-    places = list(_places(item, part, body))
-    for index in rng.permutation(len(places)):
-        seat_pose, feet_xy = places[index]
-        cell = nearest_free(walk, feet_xy, reachable)
-        if cell is None or cell[1] > APPROACH_M:
+def ledge_surfaces(scene: Scene) -> list[Surface]:
+    """Edges not meant for sitting that one may sit on all the same: of tops as low as seats."""
+    return _surfaces(scene, ("top",))
+
+
+def _surfaces(scene: Scene, roles: tuple[str, ...]) -> list[Surface]:
+    found = []
+    for item in scene.objects:
+        for part in item.parts:
+            if part.role in roles and part.solid is not None:
+                one_way = part.role == "seat" and item.category_name not in BACKLESS
+                sides = [Surface(item, part, np.array(front)) for front in (FRONT if one_way else SIDES)]
+                found += [side for side in sides if SEAT_HEIGHT_M[0] <= side.top_m <= SEAT_HEIGHT_M[1]]
+    return found
+
+
+def seat_at(
+    surface: Surface, seat_pose: SeatPose, body: Body, setting: Callable[[FloatArray], Setting], still: Obstacles
+) -> Seat | None:
+    """The seat at one of ``seat_places``, if the body fits there and can get to it, else None.
+
+    setting: floor and obstacles for a shift (2,) of the object. still: obstacles without the object.
+    A movable seat is drawn back as little as possible.
+    """
+    back = -_facing(surface)
+    pulls, entries = (PULLS_M, ENTRIES_M) if surface.item.movable else ((0.0,), (0.0,))
+    for pull_m in pulls:
+        shift = quantise_m(pull_m * back)
+        moved = _moved(seat_pose, shift)
+        if not _chair_fits(surface.item, shift, still):
+            return None
+        if not _fits(moved, surface, body, setting(shift).obstacles):
             continue
-        duration_s = SIT_DOWN_S + SIT_DOWN_PER_M * cell[1]
-        approach = (float(cell[0][0]), float(cell[0][1]))
-        seat = Seat(item.object_id, part.name, seat_pose, approach, float(quantise_m(duration_s)))
-        if _fits(seat, body, obstacles):
-            return seat
+        for entry_m in entries:
+            entry = quantise_m(shift + entry_m * back)
+            if pull_m + entry_m > PULL_M or not _chair_fits(surface.item, entry, still):
+                break
+            there = setting(entry)
+            for approach, stand in _ways_in(moved, entry - shift, body, there.floor):
+                seat = Seat(
+                    surface.item.object_id, surface.part.name, moved, approach, stand, _sit_down_s(moved, stand),
+                    _point(entry), _point(shift),
+                )  # fmt: skip
+                if _can_sit_down(seat, body, there.obstacles):
+                    return seat
+        return None
     return None
 
 
+def step_in(body: Body, start: Channels, seat: Seat, fps: float) -> Channels:
+    """From the free cell to before the seat, with the back to it."""
+    way = np.array([seat.approach_xy, seat.stand_xy])
+    return walk(body, start, way, seat.pose.yaw_rad, STEP_IN_M_S, fps)
+
+
+def step_out(body: Body, start: Channels, seat: Seat, fps: float) -> Channels:
+    """From before the seat to the free cell."""
+    return walk(body, start, np.array([seat.stand_xy, seat.approach_xy]), None, STEP_IN_M_S, fps)
+
+
 def sit_on(start: Channels, seat: Seat, fps: float) -> Channels:
-    """The motion from the seat's free cell onto it."""
-    return sit_down(start, seat.pose, seat.sit_down_s, fps)
+    """From standing before the seat onto it."""
+    return sit_down(start, seat.entry_pose, seat.sit_down_s, fps)
 
 
-def _top(item: SceneObject, part: Part) -> float:
-    return float(quantise_m(apply(item.scene_T_object, part.vertices)[:, 2].max()))
+def scoot(start: Channels, shift_xy: FloatArray, duration_s: float, fps: float) -> Channels:
+    """Someone who sits slides along with the seat."""
+    before = start.last()
+    way = smooth(shares_of(duration_s, fps))[:, None] * shift_xy
+    held = before.hold(len(way))
+    ball = held.feet.ball + np.pad(way, ((0, 0), (0, 1)))[:, None]
+    return replace(held, xy=held.xy + way, feet=replace(held.feet, ball=ball))
 
 
-def _places(item: SceneObject, part: Part, body: Body) -> Iterator[tuple[SeatPose, FloatArray]]:
-    """Seated poses on a part, and where their feet are (2,), without regard to anything else in the room."""
+def facing_chair(surface: Surface, seat: Seat) -> float:
+    """Heading from where one gets to a seat towards the seat at its place."""
+    away = surface.item.box[:2] - np.array(seat.approach_xy)
+    return quantise_angle(float(np.arctan2(away[1], away[0])))
+
+
+def seat_places(surface: Surface, body: Body) -> Iterator[SeatPose]:
+    """Seated poses on a surface at t0, without regard to anything else in the room."""
+    part, front = surface.part, surface.front
     low, high = part.vertices[:, :2].min(axis=0), part.vertices[:, :2].max(axis=0)
     middle, size = (low + high) / 2, high - low
-    hip_z = _top(item, part) + body.radius(anatomy.RADIUS_BELLY[0])
-    thigh, shank = body.of_stature(anatomy.THIGH), body.of_stature(anatomy.SHANK)
-    upright_knee = body.of_stature(anatomy.SHANK + anatomy.ANKLE_HEIGHT)
-    drop = float(np.clip(hip_z - upright_knee, -THIGH_DROP * thigh, THIGH_DROP * thigh))
-    ahead = float(np.sqrt(thigh**2 - drop**2))
-    ankle_z = max(hip_z - drop - shank, body.of_stature(anatomy.ANKLE_HEIGHT))
+    axis = int(abs(front[1]) > 0.5)  # the object axis one faces along
+    depth, width = size[axis], size[1 - axis]
+    count = max(1, int(width / PLACE_WIDTH_M))
+    sideways = np.linspace(-1, 1, count) * (width - PLACE_WIDTH_M) / 2 if count > 1 else np.zeros(1)
+    behind = min(DEPTH_SHARE * depth, DEEPEST_M, deepest(surface, body))
+    for along in sideways:
+        for share in DEPTH_STEPS:
+            local = middle + front * (depth / 2 - share * behind)
+            local[1 - axis] += along
+            yield seated_at(surface, local, body)
+
+
+def _hip_height(surface: Surface, body: Body) -> tuple[float, float]:
+    """Height of a seated pelvis, and by how much a knee is lower."""
+    hip_z = surface.top_m + body.radius(anatomy.RADIUS_BELLY[0])
+    thigh, upright_knee = body.of_stature(anatomy.THIGH), body.of_stature(anatomy.SHANK + anatomy.ANKLE_HEIGHT)
+    return hip_z, float(np.clip(hip_z - upright_knee, -THIGH_DROP * thigh, THIGH_DROP * thigh))
+
+
+def deepest(surface: Surface, body: Body) -> float:
+    """How far behind the front edge thighs that slope down to the knees leave a pelvis."""
+    _, drop = _hip_height(surface, body)
+    ahead = float(np.sqrt(body.of_stature(anatomy.THIGH) ** 2 - drop**2))
+    return max(EDGE_SLACK_M * ahead / drop, EDGE_SLACK_M) if drop > 0 else np.inf
+
+
+def seated_at(surface: Surface, local_xy: FloatArray, body: Body) -> SeatPose:
+    """The seated pose with its pelvis over a point (2,) of the object frame."""
+    hip_z, drop = _hip_height(surface, body)
+    ahead_m = float(np.sqrt(body.of_stature(anatomy.THIGH) ** 2 - drop**2)) - FEET_BACK_M
+    ankle_z = max(hip_z - drop - body.of_stature(anatomy.SHANK), body.of_stature(anatomy.ANKLE_HEIGHT))
     ball_z = ankle_z - body.of_stature(anatomy.ANKLE_HEIGHT - anatomy.BALL_HEIGHT)
-    fronts = FRONTS.get(item.category_name, FRONT) if part.role in SEAT_ROLES else ANY_EDGE
-    for front in fronts:
-        axis = int(abs(front[1]) > 0.5)  # the object axis one faces along
-        depth, width = size[axis], size[1 - axis]
-        count = max(1, int((width - PLACE_WIDTH_M) / PLACE_WIDTH_M) + 1)
-        sideways = np.linspace(-1, 1, count) * (width - PLACE_WIDTH_M) / 2 if count > 1 else np.zeros(1)
-        deepest = min(DEPTH_SHARE * depth, DEEPEST_M)
-        if drop > 0:
-            deepest = min(deepest, max(EDGE_SLACK_M * ahead / drop, EDGE_SLACK_M))
-        for along in sideways:
-            for share in DEPTH_STEPS:
-                local = middle + np.array(front) * (depth / 2 - share * deepest)
-                local[1 - axis] += along
-                yield _seated(item, local, np.array(front), hip_z, ahead + FEET_AHEAD_M, ball_z, body)
-
-
-def _seated(
-    item: SceneObject, local_xy: FloatArray, front: FloatArray, hip_z: float, ahead_m: float, ball_z: float, body: Body
-) -> tuple[SeatPose, FloatArray]:
-    scene_T_object = item.scene_T_object
-    pelvis = apply(scene_T_object, np.array([*local_xy, 0.0]))
-    facing = scene_T_object[:2, :2] @ front
+    pelvis = apply(surface.item.scene_T_object, np.array([*local_xy, 0.0]))[:2]
+    facing = _facing(surface)
     yaw = quantise_angle(float(np.arctan2(facing[1], facing[0])))
     left = np.array([-facing[1], facing[0]])
-    feet = pelvis[:2] + ahead_m * facing
+    feet = pelvis + ahead_m * facing
     ball = feet + body.of_stature(anatomy.BALL_FORWARD) * facing
     sides = [quantise_m(ball + sign * body.hip_half_m * left) for sign in (1.0, -1.0)]
     balls = tuple((float(p[0]), float(p[1]), float(quantise_m(ball_z))) for p in sides)
-    x, y = quantise_m(pelvis[:2])
-    return SeatPose((float(x), float(y), float(quantise_m(hip_z))), yaw, (balls[0], balls[1])), feet
+    x, y = quantise_m(pelvis)
+    return SeatPose((float(x), float(y), float(quantise_m(hip_z))), yaw, (balls[0], balls[1]))
 
 
-def _fits(seat: Seat, body: Body, obstacles: Obstacles) -> bool:
-    """The seated body touches nothing but may graze its surroundings a little on the way down."""
-    start = standing(body, np.array(seat.approach_xy), seat.pose.yaw_rad)
-    points = axis_points(body, pose(body, sit_on(start, seat, CHECK_FPS), CHECK_FPS, None))
-    seated = points[-1]
-    if obstacles.hold(seated).any() or obstacles.hold(seated, FIT_MARGIN_M, seat.object_id).any():
+def _facing(surface: Surface) -> FloatArray:
+    return np.asarray(surface.item.scene_T_object[:2, :2] @ surface.front)
+
+
+def _moved(pose: SeatPose, shift_xy: FloatArray) -> SeatPose:
+    pelvis, *balls = (quantise_m(np.array(p) + np.append(shift_xy, 0.0)) for p in (pose.pelvis_m, *pose.balls_m))
+    left, right = ((float(x), float(y), float(z)) for x, y, z in balls)
+    return SeatPose((float(pelvis[0]), float(pelvis[1]), float(pelvis[2])), pose.yaw_rad, (left, right))
+
+
+def _point(xy: FloatArray) -> Point:
+    return float(xy[0]), float(xy[1])
+
+
+def _sit_down_s(pose: SeatPose, stand_xy: Point) -> float:
+    away = np.array(pose.pelvis_m[:2]) - stand_xy
+    return float(quantise_m(SIT_DOWN_S + SIT_DOWN_PER_M * np.sqrt(np.sum(away**2))))
+
+
+def _chair_fits(item: SceneObject, shift_xy: FloatArray, still: Obstacles) -> bool:
+    """Whether a moved object reaches into nothing: its corners and the middles of its edges."""
+    if not shift_xy.any():
+        return True
+    corners = [c for solid in item.solids for c in (solid.vertices, *_edge_middles(solid))]
+    points = np.concatenate(corners) + np.append(shift_xy, 0.0)
+    points = points[points[:, 2] > HIT_M]
+    return bool((still.depth(points, np.zeros(len(points))) <= HIT_M).all())
+
+
+def _edge_middles(solid: ConvexSolid) -> list[FloatArray]:
+    triangles = solid.vertices[solid.triangles]
+    return [(triangles[:, k] + triangles[:, k - 1]) / 2 for k in range(3)]
+
+
+def _fits(pose: SeatPose, surface: Surface, body: Body, obstacles: Obstacles) -> bool:
+    """Whether a body that sits hits nothing but the seat that gives way."""
+    start = standing(body, np.array(pose.pelvis_m[:2]), pose.yaw_rad)
+    joints = posed(body, sit_down(start, pose, 1.0, CHECK_FPS).last(), CHECK_FPS, None)
+    return bool((body_depth(obstacles, body, joints, surface.item.object_id) <= SEATED_GRAZE_M).all())
+
+
+def _ways_in(pose: SeatPose, entry_xy: FloatArray, body: Body, floor: WalkMap) -> Iterator[tuple[Point, Point]]:
+    """Free cells from where one gets to a seat, and where one stands before it: the cell itself, or nearer."""
+    pelvis, feet = np.array(pose.pelvis_m[:2]) + entry_xy, np.mean(pose.balls_m, axis=0)[:2] + entry_xy
+    ahead = np.array([np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)])
+    feet = feet - body.of_stature(anatomy.BALL_FORWARD) * ahead
+    cell = nearest_free(floor, feet, APPROACH_M)
+    if cell is None:
+        return
+    yield _point(cell[0]), _point(cell[0])
+    for nearer_m in CALF_SHARES_M:
+        stand = quantise_m(feet - nearer_m * ahead)
+        if (stand - pelvis) @ ahead > 0:
+            yield _point(cell[0]), _point(stand)
+
+
+def _can_sit_down(seat: Seat, body: Body, obstacles: Obstacles) -> bool:
+    """Whether one gets from the free cell onto the seat and back without running into anything."""
+    away = np.array(seat.stand_xy) - seat.approach_xy
+    direct = not away.any()
+    yaw = seat.pose.yaw_rad if direct else quantise_angle(float(np.arctan2(away[1], away[0])))
+    start = standing(body, np.array(seat.approach_xy), yaw)
+    chunks = [] if direct else [step_in(body, start, seat, CHECK_FPS)]
+    chunks.append(sit_on((chunks or [start])[-1], seat, CHECK_FPS))
+    if not direct:
+        chunks.append(step_out(body, chunks[-1].backwards(), seat, CHECK_FPS))
+    joints = posed(body, concatenate(chunks), CHECK_FPS, None)
+    if (body_depth(obstacles, body, joints, seat.object_id) > GRAZE_M).any():
         return False
-    others = obstacles.hold(points, ignored_id=seat.object_id).mean()
-    return bool(others <= CROSSING_SHARE[0] and obstacles.hold(points).mean() <= CROSSING_SHARE[1])
+    return direct or bool((body_depth(obstacles, body, joints[: len(chunks[0])]) <= GRAZE_M).all())

@@ -14,6 +14,8 @@ from hsbench.synth.furniture.style import Finish, Rgb, Style
 
 SHADES: tuple[Rgb, ...] = ((240, 228, 200), (232, 218, 190), (244, 238, 222))
 BULB = Finish((252, 244, 220))
+CEILING_LAMPS = ("dish", "pendant", "arms")
+"""Kinds of lamps under a ceiling: a flat dish, a pendant with a shade, arms with bulbs."""
 TRIPOD = tuple(2 * math.pi * k / 3 + math.pi / 2 for k in range(3))
 
 
@@ -99,11 +101,18 @@ def table_lamp(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tupl
 
 
 def ceiling_lamp(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
-    """A lamp under the ceiling (z = 0 of its frame): a flat dish, a pendant with a shade, or arms with bulbs."""
+    """A lamp under the ceiling (z = 0 of its frame) of any kind; the smallest is a dish."""
+    return ceiling_lamp_of(rng, style, CEILING_LAMPS if fit > 0 else CEILING_LAMPS[:1], fit)
+
+
+def ceiling_lamp_of(
+    rng: np.random.Generator, style: Style, kinds: tuple[str, ...], fit: float = 1.0
+) -> tuple[Part, ...]:
+    """A lamp of one of some ``CEILING_LAMPS``."""
     room = size("ceiling_lamp")
     metal, cloth = Finish(pick(rng, style.metals)), _cloth(rng, style)
     radius = draw(rng, (room.width_m[0] / 2, room.width_m[1] / 2), fit)
-    kind = pick(rng, ("dish", "pendant", "arms") if fit > 0 else ("dish",))
+    kind = pick(rng, kinds)
     if kind == "dish":
         wide = min(radius, 0.24)
         return centred([

@@ -32,17 +32,17 @@ from hsbench.synth.furniture.style import Finish, Style
 BOARD_M = 0.022
 BOOK_CLUSTER = (2, 5)  # fewest and most books that stand together
 BOOKS_FILL = 0.6  # share of half boards that carry books
-MIRROR = Finish((206, 216, 220))
+PANEL_INSET_M = 0.09  # from the edge of a door to the raised field on it
 
 
 def wardrobe(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
-    """A closed wardrobe of two to four doors, flat, with panels or with a mirror, over drawers now and then."""
+    """A closed wardrobe of two to four doors, flat or with panels, over drawers now and then."""
     room = size("wardrobe")
     colour, metal = painted(rng, style), Finish(pick(rng, style.metals))
     columns = 2 + round(2 * fit * float(rng.random()))
     width, depth = columns * draw(rng, (0.46, 0.51), fit), draw(rng, (0.56, 0.64))
     height = draw(rng, (1.87, room.height_m[1]))
-    kind = pick(rng, ("flat", "panels", "mirror"))
+    panelled = rng.random() < 0.5
     drawered = rng.random() < 0.4
     x, y = width / 2, depth / 2
     face = -y + FRONT_M + 0.012
@@ -58,20 +58,17 @@ def wardrobe(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[
         low = 0.4
     front = (-x + 0.012, low, x - 0.012, crown - 0.006)
     parts += doors(style, colour, metal, front, face, columns)
-    if kind != "flat":
-        parts += _panels(kind, shade(colour, 0.94), cells(front, 1, columns), face - FRONT_M)
+    if panelled:
+        parts += _panels(shade(colour, 0.94), cells(front, 1, columns), face - FRONT_M)
     return centred(parts)
 
 
-def _panels(kind: str, colour: Finish, fields: list[Rect], y: float) -> list[Part]:
-    """A raised field on each door, or a mirror on one of the middle."""
-    chosen = fields[len(fields) // 2 : len(fields) // 2 + 1] if kind == "mirror" else fields
+def _panels(colour: Finish, fields: list[Rect], y: float) -> list[Part]:
+    """A raised field on each door."""
     parts = []
-    for x0, z0, x1, z1 in chosen:
-        inset = 0.09
-        outline = rectangle_outline((x0 + inset, z0 + inset, x1 - inset, z1 - inset))
-        finish, name = (MIRROR, "mirror") if kind == "mirror" else (colour, "panel")
-        parts.append(front_shape(name, finish, outline, y - 0.006, y + 0.006, front_scale=1.0))
+    for x0, z0, x1, z1 in fields:
+        outline = rectangle_outline((x0 + PANEL_INSET_M, z0 + PANEL_INSET_M, x1 - PANEL_INSET_M, z1 - PANEL_INSET_M))
+        parts.append(front_shape("panel", colour, outline, y - 0.006, y + 0.006, front_scale=1.0))
     return parts
 
 

@@ -50,9 +50,15 @@ def mirror(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Pa
 def picture(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
     """A framed picture with a mount: a landscape of three bands, blocks of colour, or a disc over a field."""
     room = size("picture")
-    frame = wood(rng, style) if rng.random() < 0.6 else pick(rng, (DARK, PAPER))
-    width, height = draw(rng, room.width_m, fit), draw(rng, room.height_m, fit)
-    rim, mount = 0.02, draw(rng, (0.0, 0.08)) * min(width, height) / 0.6
+    return picture_of(rng, rng, style, draw(rng, room.width_m, fit), draw(rng, room.height_m, fit))
+
+
+def picture_of(
+    frame_rng: np.random.Generator, rng: np.random.Generator, style: Style, width: float, height: float
+) -> tuple[Part, ...]:
+    """A picture of a size; ``frame_rng`` draws its frame and mount, ``rng`` what is painted."""
+    frame = wood(frame_rng, style) if frame_rng.random() < 0.6 else pick(frame_rng, (DARK, PAPER))
+    rim, mount = 0.02, draw(frame_rng, (0.0, 0.08)) * min(width, height) / 0.6
     x, half = width / 2, height / 2
     z0, z1 = EYE_M - half, EYE_M + half
     field: Rect = (-x + rim + mount, z0 + rim + mount, x - rim - mount, z1 - rim - mount)

@@ -15,6 +15,7 @@ from hsbench.errors import SchemaError
 from hsbench.geometry.numerics import quantise_m
 from hsbench.schema.skeletons import KINECT_V2
 from hsbench.synth.people.shapes import SHAPE_OF, SHAPES
+from hsbench.synth.people.style import AVERAGE, Style
 from hsbench.synth.people.wardrobe import (
     HAIR_STYLES,
     HAIRS,
@@ -82,7 +83,10 @@ SIDES = ("left", "right")
 
 @dataclass(frozen=True)
 class Body:
-    """A person: stature in metres, girth (factor on all radii), shape (of ``SHAPES``), clothes, and sRGB colours."""
+    """A person: stature in metres, girth (factor on all radii), shape (of ``SHAPES``), clothes, sRGB colours.
+
+    style: how they move.
+    """
 
     stature_m: float
     girth: float = 1.0
@@ -95,6 +99,7 @@ class Body:
     hair_style: Hair = "short"
     sleeves: Sleeves = "short"
     legs: Legs = "trousers"
+    style: Style = AVERAGE
 
     GIRTH_RANGE = (0.95, 1.06)  # of a person against the girth of their shape
 
@@ -117,7 +122,7 @@ class Body:
         spread = rng.uniform(-STATURE_SPREAD_M, STATURE_SPREAD_M)
         stature_m = float(np.clip(quantise_m(shape.stature_m + spread), *STATURE_RANGE_M))
         girth = float(quantise_m(shape.girth * rng.uniform(*cls.GIRTH_RANGE)))
-        return cls(stature_m, girth, shape=shape.name, **looks(shape, rng))
+        return cls(stature_m, girth, shape=shape.name, **looks(shape, rng), style=Style.sample(rng))
 
     def of_stature(self, share: float) -> float:
         """A share of stature in metres."""

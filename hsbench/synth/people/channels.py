@@ -7,35 +7,20 @@ of the one before. ``pose`` turns the whole line into joints at once, adding wha
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy import ndimage
 
 from hsbench.geometry.numerics import quantise_m
 from hsbench.synth.people import body as anatomy
 from hsbench.synth.people.body import Body
-from hsbench.synth.people.gait import Feet, smooth, standing_feet
-from hsbench.synth.people.kinematics import SIDE_SIGN, Posture, highest_pelvis, leg, shoulders, solve
+from hsbench.synth.people.gait import Feet, standing_feet
+from hsbench.synth.people.kinematics import Lengths
+from hsbench.synth.people.posing import IDLE_PERIODS_S, WANDERS, Manner, Tracks, pose_tracks
+from hsbench.synth.people.posing import OVERLAP_S as OVERLAP_S
 from hsbench.typing import FloatArray, IntArray
 
 KNEE_SLACK_M = 0.012  # a standing pelvis hangs so far below straight legs
-BOB_M = (0.030, 0.012)  # walking lowers the pelvis on average, and moves it up and down by this
-WALK_SWAY_M = 0.018  # towards the standing foot
-WALK_LEAN_RAD = 0.05
-WALK_TWIST_RAD = 0.10
-ARM_SWING_RAD = 0.38
-ARM_OUT_RAD = 0.13
-ELBOW_REST_RAD = 0.22
-ELBOW_SWING_RAD = 0.30
-PELVIS_EASE_S = 0.2  # a pelvis does not drop faster than over about this time when a leg gets too short
-SWAY_M = 0.007  # idle, standing
-IDLE_LEAN_RAD = (0.012, 0.035)  # standing, seated
-IDLE_TWIST_RAD = (0.02, 0.05)
-IDLE_LOOK_RAD = 0.35
-IDLE_PERIODS_S = (3.1, 5.3, 8.9)  # incommensurable, so that the sum does not repeat
-HAND_ON_THIGH = 0.68  # of the way from hip to knee
-REACH_CURVE = (0.8, 0.12)  # a hand first draws back to below the shoulder, by this share, and rises above its target
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +30,11 @@ class Channels:
     xy: (T, 2) pelvis. height: (T,) of the pelvis before bobbing. yaw: (T,) heading, continuous. lean: (T,) forward.
     gain: (T,) how much of a walk this is, 0..1. phase: (T,) gait phase of a walk, shifted so that even numbers are
     landings of the left foot. feet: ball, yaw, pitch. seated: (T,) 0..1, hands go to the thighs.
-    reach: (T, 2) 0..1, share of the way of each hand to target (T, 2, 3). look: (T, 2) head yaw, pitch.
+    reach: (T, 2) 0..1, share of the way of each hand to target (T, 2, 3), in the scene. near: (T, 2) 0..1, share of the
+    way from there to a place of the own body: offset (T, 2, 3) forward, left, up of the top of the spine in the axes of
+    the chest, as shares of stature; at_head: (T, 2) 0..1, of the middle and in the axes of the head instead.
+    look: (T, 2) head yaw, pitch. tilt: (T,) of the trunk forward, pelvis included (lying on the back: -pi/2).
+    roll: (T,) of the trunk about its own axis (lying on the left side: pi/2). hand: (T,) the preferred one.
     """
 
     xy: FloatArray
@@ -58,7 +47,13 @@ class Channels:
     seated: FloatArray
     reach: FloatArray
     target: FloatArray
+    near: FloatArray
+    offset: FloatArray
+    at_head: FloatArray
     look: FloatArray
+    tilt: FloatArray
+    roll: FloatArray
+    hand: FloatArray
 
     def __len__(self) -> int:
         return len(self.yaw)
@@ -71,23 +66,26 @@ class Channels:
         """The last frame for so many frames."""
         return self._rows(np.full(frames, len(self) - 1))
 
+    def part(self, first: int, last: int) -> Channels:
+        """The frames from ``first`` to before ``last``."""
+        return self._rows(slice(first, last))
+
     def backwards(self) -> Channels:
         """The same frames in reverse order."""
         return self._rows(slice(None, None, -1))
 
     def _rows(self, rows: slice | IntArray) -> Channels:
         feet = Feet(self.feet.ball[rows], self.feet.yaw[rows], self.feet.pitch[rows])
-        return Channels(feet=feet, **{name: getattr(self, name)[rows] for name in _plain_names()})
+        return Channels(feet=feet, **{name: getattr(self, name)[rows] for name in _PLAIN})
 
 
 def concatenate(chunks: Sequence[Channels]) -> Channels:
     """Chunks in order as one."""
     feet = Feet(*(np.concatenate([getattr(c.feet, n) for c in chunks]) for n in ("ball", "yaw", "pitch")))
-    return Channels(feet=feet, **{n: np.concatenate([getattr(c, n) for c in chunks]) for n in _plain_names()})
+    return Channels(feet=feet, **{n: np.concatenate([getattr(c, n) for c in chunks]) for n in _PLAIN})
 
 
-def _plain_names() -> list[str]:
-    return [f.name for f in fields(Channels) if f.name != "feet"]
+_PLAIN = tuple(f.name for f in fields(Channels) if f.name != "feet")
 
 
 def standing(body: Body, xy: FloatArray, yaw_rad: float) -> Channels:
@@ -98,7 +96,8 @@ def standing(body: Body, xy: FloatArray, yaw_rad: float) -> Channels:
     return Channels(
         xy=xy, height=np.array([standing_height(body)]), yaw=yaw, lean=zero, gain=zero, phase=zero,
         feet=standing_feet(body, xy, yaw), seated=zero, reach=np.zeros((1, 2)), target=np.zeros((1, 2, 3)),
-        look=np.zeros((1, 2)),
+        near=np.zeros((1, 2)), offset=np.zeros((1, 2, 3)), at_head=np.zeros((1, 2)), look=np.zeros((1, 2)),
+        tilt=zero, roll=zero, hand=np.array([float(body.style.hand)]),
     )  # fmt: skip
 
 
@@ -107,76 +106,35 @@ def standing_height(body: Body) -> float:
     return body.of_stature(anatomy.HIP_HEIGHT) - KNEE_SLACK_M
 
 
+@dataclass(frozen=True, eq=False)
+class Idle:
+    """What nobody decides: the phases (7, 3) in radians of a person's slow sway, lean and glances."""
+
+    phases: FloatArray
+
+    @classmethod
+    def sample(cls, rng: np.random.Generator) -> Idle:
+        """Phases drawn at random."""
+        return cls(rng.uniform(0, 2 * np.pi, (WANDERS, len(IDLE_PERIODS_S))))
+
+
 def pose(body: Body, channels: Channels, fps: float, rng: np.random.Generator | None) -> FloatArray:
     """(T, 25, 3) joints in metres, rounded to .1 mm. ``rng`` gives the phases of sway and glances; None: none."""
-    time_s = np.arange(len(channels)) / fps
-    calm = 1 - channels.gain
-    noise = [np.zeros_like(time_s) if rng is None else _idle(time_s, rng) for _ in range(7)]
-    bob, sway = np.cos(2 * np.pi * channels.phase), np.sin(np.pi * channels.phase)
-    swing = channels.gain * np.cos(np.pi * channels.phase)
-    upright = (1 - channels.seated) * (1 - channels.reach.max(axis=1))
-    left = np.stack([-np.sin(channels.yaw), np.cos(channels.yaw)], axis=-1)
-    shift = np.stack([noise[0], noise[1]], axis=-1) * (SWAY_M * calm * upright)[:, None]
-    xy = channels.xy + left * (WALK_SWAY_M * channels.gain * sway)[:, None] + shift
-    height = channels.height - channels.gain * (BOB_M[0] + BOB_M[1] * bob)
-    at_rest = 1 - channels.reach.max(axis=1)
-    look = channels.look + (IDLE_LOOK_RAD * calm * at_rest)[:, None] * np.stack([noise[2], 0.3 * noise[3]], axis=-1)
-    posture = Posture(
-        pelvis=np.column_stack([xy, height]),
-        yaw=channels.yaw,
-        lean=channels.lean + WALK_LEAN_RAD * channels.gain + calm * noise[4] * _between(IDLE_LEAN_RAD, channels.seated),
-        side=calm * noise[5] * IDLE_LEAN_RAD[0] - 0.02 * channels.gain * sway,
-        twist=WALK_TWIST_RAD * swing + calm * noise[6] * _between(IDLE_TWIST_RAD, channels.seated),
-        look=look,
-        ball=channels.feet.ball,
-        foot_yaw=channels.feet.yaw,
-        foot_pitch=channels.feet.pitch,
-        tip=np.empty((len(channels), 2, 3)),
-    )
-    limited = _lower_envelope(np.minimum(height, highest_pelvis(body, posture)), frames=round(PELVIS_EASE_S * fps) | 1)
-    posture = replace(posture, pelvis=np.column_stack([xy, limited]))
-    posture = replace(posture, tip=_tips(body, channels, posture, swing))
-    return quantise_m(solve(body, posture))
+    return pose_block(body, channels, 0, fps, None if rng is None else Idle.sample(rng))
 
 
-def _tips(body: Body, channels: Channels, posture: Posture, swing: FloatArray) -> FloatArray:
-    """(T, 2, 3) finger tip targets: hanging and swinging, on the thighs, or on the way to a target."""
-    shoulder = shoulders(body, posture)
-    turn = posture.yaw + posture.twist
-    ahead, left = (np.stack([np.cos(a), np.sin(a), np.zeros_like(a)], axis=-1) for a in (turn, turn + np.pi / 2))
-    upper_m = body.of_stature(anatomy.UPPER_ARM)
-    lower_m = body.of_stature(anatomy.FOREARM + anatomy.HAND)
-    up = np.array([0.0, 0.0, 1.0])
-    tips = np.empty((len(channels), 2, 3))
-    for side, sign in enumerate(SIDE_SIGN):
-        angle = -sign * ARM_SWING_RAD * swing
-        bent = angle + ELBOW_REST_RAD + channels.gain * ELBOW_SWING_RAD * np.maximum(-sign * swing, 0.0)
-        forward_m = upper_m * np.sin(angle) + lower_m * np.sin(bent)
-        down_m = upper_m * np.cos(angle) + lower_m * np.cos(bent)
-        out_m = sign * np.sin(ARM_OUT_RAD) * upper_m
-        free = shoulder[:, side] + forward_m[:, None] * ahead + out_m * left - down_m[:, None] * up
-        hip, knee, _, _ = leg(body, posture, side)
-        on_thigh = hip + HAND_ON_THIGH * (knee - hip) + body.radius(anatomy.RADIUS_THIGH[1] + 0.012) * up
-        tip = free + smooth(channels.seated)[:, None] * (on_thigh - free)
-        share, target = channels.reach[:, side, None], channels.target[:, side]
-        control = tip + REACH_CURVE[0] * (shoulder[:, side] - tip)
-        control[:, 2] = np.maximum(tip[:, 2], target[:, 2]) + REACH_CURVE[1]
-        tips[:, side] = (1 - share) ** 2 * tip + 2 * share * (1 - share) * control + share**2 * target
-    return tips
+def pose_block(body: Body, channels: Channels, first_frame: int, fps: float, idle: Idle | None) -> FloatArray:
+    """(T, 25, 3) joints in metres, rounded to .1 mm, of T frames that begin at ``first_frame`` of a life.
 
-
-def _idle(time_s: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """(T,) a slow wander between about -1 and 1: three sines of random phase."""
-    phases = rng.uniform(0, 2 * np.pi, len(IDLE_PERIODS_S))
-    waves = [np.sin(2 * np.pi * time_s / period + phase) for period, phase in zip(IDLE_PERIODS_S, phases, strict=True)]
-    return np.asarray(sum(waves) / len(waves) * 1.5)
-
-
-def _lower_envelope(values: FloatArray, frames: int) -> FloatArray:
-    """(T,) a smooth curve that is nowhere above ``values``."""
-    lowest = ndimage.minimum_filter1d(values, frames, mode="nearest")
-    return np.asarray(ndimage.uniform_filter1d(lowest, frames, mode="nearest"))
-
-
-def _between(ends: tuple[float, float], share: FloatArray) -> FloatArray:
-    return ends[0] + share * (ends[1] - ends[0])
+    They are those of the whole life to the last bit, but for the frames within ``OVERLAP_S`` of an end of ``channels``
+    that is not an end of the life: hand in so many more there, and drop them from the result.
+    """
+    feet = channels.feet
+    plain = {name: np.ascontiguousarray(getattr(channels, name)) for name in _PLAIN if name != "hand"}
+    ball, foot_yaw, foot_pitch = (np.ascontiguousarray(a) for a in (feet.ball, feet.yaw, feet.pitch))
+    tracks = Tracks(ball=ball, foot_yaw=foot_yaw, foot_pitch=foot_pitch, **plain)
+    style = body.style
+    manner = Manner(style.arm_swing, style.gaze, style.lean_rad)
+    phases = np.zeros((WANDERS, len(IDLE_PERIODS_S))) if idle is None else idle.phases
+    joints = pose_tracks(Lengths.of(body), manner, tracks, first_frame, float(fps), phases, float(idle is not None))
+    return quantise_m(joints)

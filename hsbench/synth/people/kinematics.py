@@ -1,42 +1,139 @@
 """From a posture to joints: a rigid pelvis, a spine that bends in two places, and two-bone limbs solved in closed form.
 
-Bone lengths are the body's at every time, whatever the posture asks for: a target out of reach is approached, not
-reached. Frame: the scene's, z up; a person's forward is (cos yaw, sin yaw, 0) and left is 90 degrees further.
+Bone lengths are the body's at every time, and no joint goes beyond its range (``joint_limits``), whatever the posture
+asks for: what is out of reach is approached, not reached. Frame: the scene's, z up; a person's forward is
+(cos yaw, sin yaw, 0) and left is 90 degrees further. The compiled functions work on one frame each.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
+from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from hsbench.synth.people import body as anatomy
-from hsbench.synth.people.body import Body, J, unit
+from hsbench.synth.people.body import SIDES, Body, J
+from hsbench.synth.people.joint_limits import (
+    ELBOW_FLEXION,
+    HIP_ABDUCTION,
+    HIP_FLEXION,
+    KNEE_FLEXION,
+    NECK_BEND,
+    NECK_TURN,
+    SHOULDER_ACROSS,
+    SHOULDER_BACK,
+    SPINE_FLEXION,
+    SPINE_SIDE,
+    SPINE_TWIST,
+)
+from hsbench.synth.people.joint_limits import HEAD_FORWARD as HEAD_FORWARD
+from hsbench.synth.people.vectors import (
+    Axes,
+    Vector,
+    add,
+    at,
+    bent,
+    carried,
+    cross,
+    dot,
+    inside,
+    mix,
+    put,
+    unit,
+    vector,
+)
 from hsbench.typing import FloatArray
 
 STRAIGHT = 0.999  # a limb is never longer than this share of its two bones, so that its bend has a side
+WITHIN = 0.999  # of a joint's range is used, so that rounding does not leave it
 LEFT, RIGHT = 0, 1
 SIDE_SIGN = (1.0, -1.0)  # left is +y of the body
 
-LOWER_SPINE_SHARE = 0.5  # of lean and twist that the lower spine takes
+TWIST_USED = 0.9  # of the spine's: leaning aside and forwards adds to what the shoulders show of it
+LOWER_SPINE_SHARE = 0.5  # of its bends that the lower spine takes
 KNEE_POLE = (1.0, 0.5)  # knees bend forwards and, seated, upwards
 KNEES_OUT_RAD = 0.05  # knees point so much further outwards than feet
-HEAD_FORWARD = 0.12  # the skull's middle lies a little before the neck, as a share of its height above it
-ELBOW_POLE = (-0.7, 0.45, -0.6)  # elbows point back, out and down
+ELBOW_POLE = (0.45, -0.6)  # elbows point out and down,
+ELBOW_AHEAD = (-0.7, 0.5)  # and back below a hanging arm, ahead below a raised one
+
+SCENE_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+UP = (0.0, 0.0, 1.0)
+
+# Rows of joints, pairs left and right.
+BASE, MID, TOP, NECK, HEAD = (J[name] for name in anatomy.MIDDLE_JOINTS)
+HIP, KNEE, ANKLE, FOOT = (tuple(J[f"{n}_{s}"] for s in SIDES) for n in ("hip", "knee", "ankle", "foot"))
+SHOULDER, ELBOW, WRIST = (tuple(J[f"{n}_{s}"] for s in SIDES) for n in ("shoulder", "elbow", "wrist"))
+HAND, TIP, THUMB = (tuple(J[f"{n}_{s}"] for s in SIDES) for n in ("hand", "hand_tip", "thumb"))
+
+
+class Lengths(NamedTuple):
+    """A body's measures in metres, for compiled code."""
+
+    stature: float
+    hip_half: float
+    lower_spine: float
+    upper_spine: float
+    neck: float
+    head: float
+    shoulder_half: float
+    shoulder_rise: float
+    upper_arm: float
+    forearm: float
+    hand: float
+    palm: float
+    thumb_along: float
+    thumb_across: float
+    thigh: float
+    shank: float
+    ball_forward: float
+    ball_down: float
+    thigh_radius: float
+
+    @classmethod
+    def of(cls, body: Body) -> Lengths:
+        """The measures of a body."""
+        a, of = anatomy, body.of_stature
+        return cls(
+            stature=body.stature_m,
+            hip_half=body.hip_half_m,
+            lower_spine=of(a.SPINE_MID_HEIGHT - a.HIP_HEIGHT),
+            upper_spine=of(a.SPINE_SHOULDER_HEIGHT - a.SPINE_MID_HEIGHT),
+            neck=of(a.NECK_HEIGHT - a.SPINE_SHOULDER_HEIGHT),
+            head=of(a.HEAD_HEIGHT - a.NECK_HEIGHT),
+            shoulder_half=body.shoulder_half_m,
+            shoulder_rise=of(a.SHOULDER_HEIGHT - a.RADIUS_SHOULDER / 2 - a.SPINE_SHOULDER_HEIGHT),
+            upper_arm=of(a.UPPER_ARM),
+            forearm=of(a.FOREARM),
+            hand=of(a.HAND),
+            palm=of(a.PALM),
+            thumb_along=of(a.THUMB[0]),
+            thumb_across=of(a.THUMB[1]),
+            thigh=of(a.THIGH),
+            shank=of(a.SHANK),
+            ball_forward=of(a.BALL_FORWARD),
+            ball_down=of(a.ANKLE_HEIGHT - a.BALL_HEIGHT),
+            thigh_radius=body.radius(a.RADIUS_THIGH[1]),
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Posture:
     """T postures. All (T, ...) float64; index 0 of a pair is left.
 
-    pelvis: (T, 3) spine base in metres. yaw: (T,) of the pelvis. lean: (T,) forward bend of the spine. side: (T,) bend
-    to the left. twist: (T,) of the chest against the pelvis, left positive. look: (T, 2) head yaw and pitch (up
-    positive) against the chest. ball: (T, 2, 3) balls of the feet. foot_yaw, foot_pitch: (T, 2), heel up positive.
-    tip: (T, 2, 3) where the finger tips should be.
+    pelvis: (T, 3) spine base in metres. yaw: (T,) of the pelvis. tilt, roll: (T,) of the whole trunk forward, and then
+    about its own axis to the left. lean: (T,) forward bend of the spine. side: (T,) bend to the left. twist: (T,) of
+    the chest against the pelvis, left positive. look: (T, 2) head yaw and pitch (up positive) against the chest.
+    ball: (T, 2, 3) balls of the feet. foot_yaw, foot_pitch: (T, 2), heel up positive. tip: (T, 2, 3) where the finger
+    tips should be.
     """
 
     pelvis: FloatArray
     yaw: FloatArray
+    tilt: FloatArray
+    roll: FloatArray
     lean: FloatArray
     side: FloatArray
     twist: FloatArray
@@ -47,142 +144,196 @@ class Posture:
     tip: FloatArray
 
 
-def frame(yaw: FloatArray, lean: FloatArray, side: FloatArray) -> FloatArray:
-    """(T,) angles -> (T, 3, 3) with columns forward, left, up: turn by yaw, then bend forward, then to the left."""
-    cy, sy, cl, sl, cs, ss = (f(a) for a in (yaw, lean, -side) for f in (np.cos, np.sin))
-    zero, one = np.zeros_like(cy), np.ones_like(cy)
-    turn = _matrix(((cy, -sy, zero), (sy, cy, zero), (zero, zero, one)))
-    bend = _matrix(((cl, zero, sl), (zero, one, zero), (-sl, zero, cl)))
-    roll = _matrix(((one, zero, zero), (zero, cs, -ss), (zero, ss, cs)))
-    return np.asarray(turn @ bend @ roll)
-
-
-def chest_frame(posture: Posture) -> FloatArray:
-    """(T, 3, 3) columns forward, left, up of the chest."""
-    return frame(posture.yaw + posture.twist, posture.lean, posture.side)
-
-
-def shoulders(body: Body, posture: Posture) -> FloatArray:
-    """(T, 2, 3) shoulder joints, left and right."""
-    _, _, spine_shoulder = _spine(body, posture)
-    chest = chest_frame(posture)
-    return np.stack([spine_shoulder + _at(chest, _shoulder_offset(body, s)) for s in (LEFT, RIGHT)], axis=1)
-
-
 def solve(body: Body, posture: Posture) -> FloatArray:
     """(T,) postures -> (T, 25, 3) joints in metres."""
-    joints = np.empty((len(posture.yaw), len(J), 3))
-    base, mid, spine_shoulder = _spine(body, posture)
-    chest = chest_frame(posture)
-    head_turn = frame(
-        posture.yaw + posture.twist + posture.look[:, 0], 0.5 * posture.lean - posture.look[:, 1], 0.5 * posture.side
-    )
-    neck = spine_shoulder + _at(chest, (0.0, 0.0, body.of_stature(anatomy.NECK_HEIGHT - anatomy.SPINE_SHOULDER_HEIGHT)))
-    head_up = body.of_stature(anatomy.HEAD_HEIGHT - anatomy.NECK_HEIGHT)
-    joints[:, J["spine_base"]], joints[:, J["spine_mid"]] = base, mid
-    joints[:, J["spine_shoulder"]], joints[:, J["neck"]] = spine_shoulder, neck
-    joints[:, J["head"]] = neck + _at(head_turn, (HEAD_FORWARD * head_up, 0.0, head_up))
-    for side, name in ((LEFT, "left"), (RIGHT, "right")):
-        places = leg(body, posture, side)
-        for joint, place in zip(("hip", "knee", "ankle", "foot"), places, strict=True):
-            joints[:, J[f"{joint}_{name}"]] = place
-        _arm(body, posture, chest, spine_shoulder + _at(chest, _shoulder_offset(body, side)), side, name, joints)
+    columns = [np.ascontiguousarray(getattr(posture, f.name), dtype=np.float64) for f in fields(posture)]
+    return np.asarray(_solve(Lengths.of(body), *columns))
+
+
+@numba.njit(cache=True)
+def _solve(
+    lengths: Lengths, pelvis: FloatArray, yaw: FloatArray, tilt: FloatArray, roll: FloatArray, lean: FloatArray,
+    side: FloatArray, twist: FloatArray, look: FloatArray, ball: FloatArray, foot_yaw: FloatArray,
+    foot_pitch: FloatArray, tip: FloatArray,
+) -> FloatArray:  # fmt: skip
+    joints = np.empty((len(yaw), 25, 3))
+    for t in range(len(yaw)):
+        row = joints[t]
+        base = base_axes(yaw[t], tilt[t], roll[t])
+        chest, _ = solve_trunk(
+            lengths, vector(pelvis[t]), base, lean[t], side[t], twist[t], look[t, 0], look[t, 1], row
+        )
+        for s in range(2):
+            solve_leg(lengths, base, yaw[t], tilt[t], vector(ball[t, s]), foot_yaw[t, s], foot_pitch[t, s], s, row)
+            solve_arm(lengths, chest, tilt[t], vector(tip[t, s]), s, row)
     return joints
 
 
-def leg(body: Body, posture: Posture, side: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """(T, 3) hip, knee, ankle and foot of one side."""
-    hip = _hip(body, posture, side)
-    bone = _foot_bone(body, posture.foot_yaw[:, side], posture.foot_pitch[:, side])
-    knee_yaw = posture.foot_yaw[:, side] + SIDE_SIGN[side] * KNEES_OUT_RAD
-    ahead, up = KNEE_POLE
-    pole = np.stack([ahead * np.cos(knee_yaw), ahead * np.sin(knee_yaw), np.full(len(knee_yaw), up)], axis=-1)
-    thigh_m, shank_m = body.of_stature(anatomy.THIGH), body.of_stature(anatomy.SHANK)
-    knee, ankle = two_bones(hip, posture.ball[:, side] - bone, pole, thigh_m, shank_m)
-    return hip, knee, ankle, ankle + bone
+@numba.njit(cache=True)
+def base_axes(yaw: float, tilt: float, roll: float) -> Axes:
+    """Axes of the pelvis."""
+    return bent(bent(SCENE_AXES, yaw, tilt, 0.0), roll, 0.0, 0.0)
 
 
+@numba.njit(cache=True)
+def hip(lengths: Lengths, pelvis: Vector, base: Axes, side: int) -> Vector:
+    """A hip joint."""
+    return add(pelvis, base[1], SIDE_SIGN[side] * lengths.hip_half)
+
+
+@numba.njit(cache=True)
+def foot_bone(lengths: Lengths, yaw: float, pitch: float) -> Vector:
+    """Ankle to ball; a pitch turns it downwards about the ball, so that the heel rises."""
+    ahead = lengths.ball_forward * math.cos(pitch) - lengths.ball_down * math.sin(pitch)
+    fall = lengths.ball_forward * math.sin(pitch) + lengths.ball_down * math.cos(pitch)
+    return ahead * math.cos(yaw), ahead * math.sin(yaw), -fall
+
+
+@numba.njit(cache=True)
+def solve_trunk(
+    lengths: Lengths, pelvis: Vector, base: Axes, lean: float, side: float, twist: float, look_yaw: float,
+    look_pitch: float, row: FloatArray,
+) -> tuple[Axes, Axes]:  # fmt: skip
+    """Write the spine, head, hips and shoulders into a row (25, 3); the axes of chest and head."""
+    lean = _clip(lean, SPINE_FLEXION[0] * WITHIN, SPINE_FLEXION[1] * WITHIN)
+    side = _clip(side, -SPINE_SIDE * WITHIN, SPINE_SIDE * WITHIN)
+    twist = _clip(twist, -SPINE_TWIST * TWIST_USED, SPINE_TWIST * TWIST_USED)
+    half = LOWER_SPINE_SHARE
+    lower = bent(base, 0.0, half * lean, -half * side)
+    chest = bent(bent(lower, 0.0, (1 - half) * lean, -(1 - half) * side), twist, 0.0, 0.0)
+    pitch = _clip(-half * lean - look_pitch, -NECK_BEND * WITHIN, NECK_BEND * WITHIN)
+    head = bent(chest, _clip(look_yaw, -NECK_TURN, NECK_TURN), pitch, 0.0)
+    mid = add(pelvis, lower[2], lengths.lower_spine)
+    top = add(mid, chest[2], lengths.upper_spine)
+    neck = add(top, chest[2], lengths.neck)
+    put(row[BASE], pelvis)
+    put(row[MID], mid)
+    put(row[TOP], top)
+    put(row[NECK], neck)
+    put(row[HEAD], add(neck, at(head, (HEAD_FORWARD, 0.0, 1.0)), lengths.head))
+    for s in range(2):
+        put(row[HIP[s]], hip(lengths, pelvis, base, s))
+        out = SIDE_SIGN[s] * lengths.shoulder_half
+        put(row[SHOULDER[s]], add(top, at(chest, (0.0, out, lengths.shoulder_rise)), 1.0))
+    return chest, head
+
+
+@numba.njit(cache=True)
+def solve_leg(
+    lengths: Lengths, base: Axes, yaw: float, tilt: float, ball: Vector, foot_yaw: float, foot_pitch: float, side: int,
+    row: FloatArray,
+) -> None:  # fmt: skip
+    """Write knee, ankle and foot of a side into a row (25, 3) that has its trunk.
+
+    Knees bend to where feet point, of lying people to where the pelvis faces.
+    """
+    start = vector(row[HIP[side]])
+    bone = foot_bone(lengths, foot_yaw, foot_pitch)
+    knee_yaw = foot_yaw + SIDE_SIGN[side] * KNEES_OUT_RAD
+    walking = (KNEE_POLE[0] * math.cos(knee_yaw), KNEE_POLE[0] * math.sin(knee_yaw), KNEE_POLE[1])
+    pole = mix(walking, base[0], math.sin(tilt) ** 2)
+    knee, ankle = two_bones(start, add(ball, bone, -1.0), pole, lengths.thigh, lengths.shank, KNEE_FLEXION)
+    thigh = unit(add(knee, start, -1.0))
+    allowed = _thigh_within(thigh, base, unit(add(vector(row[MID]), vector(row[BASE]), -1.0)), SIDE_SIGN[side])
+    if allowed != thigh:
+        shank = carried(add(ankle, knee, -1.0), thigh, allowed)
+        knee = add(start, allowed, lengths.thigh)
+        ankle = add(knee, shank, 1.0)
+    put(row[KNEE[side]], knee)
+    put(row[ANKLE[side]], ankle)
+    put(row[FOOT[side]], add(ankle, bone, 1.0))
+
+
+@numba.njit(cache=True)
+def solve_arm(lengths: Lengths, chest: Axes, tilt: float, target: Vector, side: int, row: FloatArray) -> None:
+    """Write elbow, wrist, hand, tip and thumb of a side into a row (25, 3) that has its trunk; the hand is straight.
+
+    Elbows of lying people do not point down into what they lie on.
+    """
+    sign = SIDE_SIGN[side]
+    start = vector(row[SHOULDER[side]])
+    raised = (1 + dot(chest[2], unit(add(target, start, -1.0)))) / 2
+    ahead = ELBOW_AHEAD[0] + raised * (ELBOW_AHEAD[1] - ELBOW_AHEAD[0])
+    pole = at(chest, (ahead, sign * ELBOW_POLE[0], ELBOW_POLE[1]))
+    pole = (pole[0], pole[1], pole[2] + math.sin(tilt) ** 2 * max(-pole[2], 0.0))
+    elbow, tip = two_bones(start, target, pole, lengths.upper_arm, lengths.forearm + lengths.hand, ELBOW_FLEXION)
+    upper, along = unit(add(elbow, start, -1.0)), unit(add(tip, elbow, -1.0))
+    allowed = _arm_within(upper, chest, sign)
+    if allowed != upper:
+        along = carried(along, upper, allowed)
+        elbow = add(start, allowed, lengths.upper_arm)
+    wrist = add(elbow, along, lengths.forearm)
+    inward = add(chest[0], chest[1], -sign)
+    across = unit(add(inward, along, -dot(inward, along)))
+    put(row[ELBOW[side]], elbow)
+    put(row[WRIST[side]], wrist)
+    put(row[HAND[side]], add(wrist, along, lengths.palm))
+    put(row[TIP[side]], add(wrist, along, lengths.hand))
+    put(row[THUMB[side]], add(add(wrist, along, lengths.thumb_along), across, lengths.thumb_across))
+
+
+@numba.njit(cache=True)
 def two_bones(
-    start: FloatArray, target: FloatArray, pole: FloatArray, first_m: float, second_m: float
-) -> tuple[FloatArray, FloatArray]:
-    """(T, 3) start, target and pole -> (T, 3) middle joint and end: two bones whose bend points towards the pole."""
-    reach = target - start
-    length = np.sqrt(np.sum(reach * reach, axis=-1, keepdims=True))
-    along = unit(np.where(length > 0, reach, pole))
-    length = np.clip(length, abs(first_m - second_m) + (1 - STRAIGHT), STRAIGHT * (first_m + second_m))
+    start: Vector, target: Vector, pole: Vector, first_m: float, second_m: float, fold_rad: float
+) -> tuple[Vector, Vector]:
+    """Middle joint and end of two bones whose bend, of at most ``fold_rad``, points towards the pole."""
+    reach = add(target, start, -1.0)
+    length = math.sqrt(dot(reach, reach))
+    along = unit(reach) if length > 0.0 else unit(pole)
+    folded = math.sqrt(first_m**2 + second_m**2 + 2 * first_m * second_m * math.cos(WITHIN * fold_rad))
+    length = _clip(length, folded, STRAIGHT * (first_m + second_m))
     ahead = (first_m**2 - second_m**2 + length**2) / (2 * length)
-    aside = np.sqrt(np.maximum(first_m**2 - ahead**2, 0.0))
-    bend = unit(pole - along * np.sum(pole * along, axis=-1, keepdims=True))
-    return start + ahead * along + aside * bend, start + length * along
+    aside = math.sqrt(max(first_m**2 - ahead**2, 0.0))
+    bend = unit(add(pole, along, -dot(pole, along)))
+    return add(add(start, along, ahead), bend, aside), add(start, along, length)
 
 
-def ankle_of(body: Body, ball: FloatArray, foot_yaw: FloatArray, foot_pitch: FloatArray) -> FloatArray:
-    """(T, 3) ball of a foot, (T,) yaw and pitch -> (T, 3) ankle above and behind it."""
-    return ball - _foot_bone(body, foot_yaw, foot_pitch)
-
-
-def highest_pelvis(body: Body, posture: Posture) -> FloatArray:
-    """(T,) greatest pelvis height in metres at which both feet stay where they are."""
-    limit = np.full(len(posture.yaw), np.inf)
-    for side in (LEFT, RIGHT):
-        hip = _hip(body, posture, side)
-        ankle = ankle_of(body, posture.ball[:, side], posture.foot_yaw[:, side], posture.foot_pitch[:, side])
-        away = np.sum((hip - ankle)[:, :2] ** 2, axis=1)
-        limit = np.minimum(limit, ankle[:, 2] + np.sqrt(np.maximum((STRAIGHT * body.leg_m) ** 2 - away, 0.0)))
+@numba.njit(cache=True)
+def highest_pelvis(
+    lengths: Lengths, pelvis: Vector, base: Axes, balls: FloatArray, foot_yaw: FloatArray, foot_pitch: FloatArray
+) -> float:
+    """Greatest pelvis height in metres at which both feet, balls (2, 3), stay where they are."""
+    limit = math.inf
+    most = STRAIGHT * (lengths.thigh + lengths.shank)
+    for side in range(2):
+        joint = hip(lengths, pelvis, base, side)
+        ankle = add(vector(balls[side]), foot_bone(lengths, foot_yaw[side], foot_pitch[side]), -1.0)
+        away = (joint[0] - ankle[0]) ** 2 + (joint[1] - ankle[1]) ** 2
+        limit = min(limit, ankle[2] + math.sqrt(max(most**2 - away, 0.0)))
     return limit
 
 
-def _spine(body: Body, posture: Posture) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(T, 3) spine base, spine mid and spine shoulder."""
-    half = LOWER_SPINE_SHARE
-    lower = frame(posture.yaw + half * posture.twist, half * posture.lean, half * posture.side)
-    mid = posture.pelvis + _at(lower, (0.0, 0.0, body.of_stature(anatomy.SPINE_MID_HEIGHT - anatomy.HIP_HEIGHT)))
-    upper_m = body.of_stature(anatomy.SPINE_SHOULDER_HEIGHT - anatomy.SPINE_MID_HEIGHT)
-    return posture.pelvis, mid, mid + _at(chest_frame(posture), (0.0, 0.0, upper_m))
+@numba.njit(cache=True)
+def _thigh_within(thigh: Vector, base: Axes, spine: Vector, sign: float) -> Vector:
+    """The direction within a hip's range that is nearest to a thigh's; itself if it is within."""
+    up = unit(add(spine, base[1], -dot(spine, base[1])))
+    axes = (cross(base[1], up), base[1], up)
+    ahead, left, rise = inside(axes, thigh)
+    flexion, abduction = math.atan2(ahead, -rise), math.asin(_clip(sign * left, -1.0, 1.0))
+    near_flexion = _clip(flexion, HIP_FLEXION[0] * WITHIN, HIP_FLEXION[1] * WITHIN)
+    near_abduction = _clip(abduction, HIP_ABDUCTION[0] * WITHIN, HIP_ABDUCTION[1] * WITHIN)
+    if near_flexion == flexion and near_abduction == abduction:
+        return thigh
+    c, s = math.cos(near_abduction), math.sin(near_abduction)
+    return at(axes, (c * math.sin(near_flexion), sign * s, -c * math.cos(near_flexion)))
 
 
-def _hip(body: Body, posture: Posture, side: int) -> FloatArray:
-    level = np.zeros_like(posture.yaw)
-    return posture.pelvis + _at(frame(posture.yaw, level, level), (0.0, SIDE_SIGN[side] * body.hip_half_m, 0.0))
+@numba.njit(cache=True)
+def _arm_within(upper: Vector, chest: Axes, sign: float) -> Vector:
+    """The direction within a shoulder's range that is near to an upper arm's; itself if it is within."""
+    ahead, left, rise = inside(chest, upper)
+    least_ahead, least_out = -math.sin(SHOULDER_BACK * WITHIN), -math.sin(SHOULDER_ACROSS * WITHIN)
+    if ahead >= least_ahead and sign * left >= least_out:
+        return upper
+    if ahead < least_ahead:
+        share = math.sqrt((1 - least_ahead**2) / max(1 - ahead**2, 1e-12))
+        ahead, left, rise = least_ahead, share * left, share * rise
+    if sign * left < least_out:
+        share = math.sqrt((1 - least_out**2) / max(1 - left**2, 1e-12))
+        ahead, left, rise = share * ahead, sign * least_out, share * rise
+    return unit(at(chest, (ahead, left, rise)))
 
 
-def _shoulder_offset(body: Body, side: int) -> tuple[float, float, float]:
-    rise = body.of_stature(anatomy.SHOULDER_HEIGHT - anatomy.RADIUS_SHOULDER / 2 - anatomy.SPINE_SHOULDER_HEIGHT)
-    return (0.0, SIDE_SIGN[side] * body.shoulder_half_m, rise)
-
-
-def _arm(
-    body: Body, posture: Posture, chest: FloatArray, shoulder: FloatArray, side: int, name: str, joints: FloatArray
-) -> None:
-    back, out, down = ELBOW_POLE
-    pole = _at(chest, (back, SIDE_SIGN[side] * out, down))
-    upper_m, fore_m, hand_m = (body.of_stature(s) for s in (anatomy.UPPER_ARM, anatomy.FOREARM, anatomy.HAND))
-    elbow, tip = two_bones(shoulder, posture.tip[:, side], pole, upper_m, fore_m + hand_m)
-    along = unit(tip - elbow)
-    wrist = elbow + along * fore_m
-    inward = -SIDE_SIGN[side] * chest[:, :, 1] + chest[:, :, 0]
-    across = unit(inward - along * np.sum(inward * along, axis=-1, keepdims=True))
-    thumb = wrist + along * body.of_stature(anatomy.THUMB[0]) + across * body.of_stature(anatomy.THUMB[1])
-    palm = wrist + along * body.of_stature(anatomy.PALM)
-    for joint, place in (
-        ("shoulder", shoulder), ("elbow", elbow), ("wrist", wrist), ("hand", palm), ("hand_tip", tip), ("thumb", thumb),
-    ):  # fmt: skip
-        joints[:, J[f"{joint}_{name}"]] = place
-
-
-def _foot_bone(body: Body, yaw: FloatArray, pitch: FloatArray) -> FloatArray:
-    """(T, 3) ankle to ball; a pitch turns it downwards about the ball, so that the heel rises."""
-    forward = body.of_stature(anatomy.BALL_FORWARD)
-    down = body.of_stature(anatomy.ANKLE_HEIGHT - anatomy.BALL_HEIGHT)
-    ahead = forward * np.cos(pitch) - down * np.sin(pitch)
-    fall = forward * np.sin(pitch) + down * np.cos(pitch)
-    return np.stack([ahead * np.cos(yaw), ahead * np.sin(yaw), -fall], axis=-1)
-
-
-def _at(frames: FloatArray, offset: tuple[float, float, float]) -> FloatArray:
-    """(T, 3, 3) frames and an offset forward, left, up -> (T, 3) the offset in the scene's axes."""
-    return np.asarray(frames @ np.array(offset))
-
-
-def _matrix(rows: tuple[tuple[FloatArray, ...], ...]) -> FloatArray:
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+@numba.njit(cache=True)
+def _clip(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)

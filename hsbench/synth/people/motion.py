@@ -1,4 +1,4 @@
-"""Motions of a person: walk a route, stand, sit down, get up, reach and return. Each continues where the last ended.
+"""Motions of a person: walk a route, stand, sit, lie, reach, carry, look. Each continues where the last ended.
 
 A motion takes the frame before it (``Channels`` of one frame, or a longer line whose last frame counts) and gives the
 frames that follow. Lengths in metres, times in seconds, angles in radians, the scene's frame.
@@ -15,8 +15,16 @@ from hsbench.geometry.numerics import quantise_m
 from hsbench.geometry.transforms import wrap_angle
 from hsbench.synth.people.body import Body
 from hsbench.synth.people.channels import Channels
-from hsbench.synth.people.gait import Feet, phase_of, smooth, walk_feet
+from hsbench.synth.people.gait import Feet, phase_of, step_length_m, walk_feet
+from hsbench.synth.people.gestures import GESTURES, gesture
+from hsbench.synth.people.lying import LiePose, lie_down, lying_length_m
+from hsbench.synth.people.timing import frames_of, shares_of, smooth
 from hsbench.typing import FloatArray
+
+__all__ = [
+    "GESTURES", "LiePose", "SeatPose", "carry", "gesture", "lie_down", "look", "lying_length_m", "reach", "reach_both",
+    "scoot", "shift", "sit_down", "stand", "walk",
+]  # fmt: skip
 
 ACCELERATION_M_S2 = 0.9
 TURN_RATE_RAD_S = 1.9  # while walking a bend
@@ -30,9 +38,14 @@ HEADING_SIGMA_S = 0.12
 FULL_GAIT_M_S = 0.85  # from this speed on a walk swings fully
 SIT_LEAN_RAD = 0.62  # bend half way down to a seat
 SEATED_LEAN_RAD = -0.06
-STEP_ONTO_M = 0.04  # feet that move by less than this slide instead of stepping
-STEP_LIFT_M = 0.06
+STEP_LIFT = (0.06, 0.5)  # of feet when sitting down: at most, in metres, and as a share of their way
 REACH_LOOK_RAD = (0.6, 0.5)  # most the head turns and bows to look at what a hand does
+BACK = 0.02  # a hand of a lower weight is at its target no more
+CARRIED = np.array([[0.20, 0.085, -0.20], [0.20, -0.085, -0.20]])  # offsets of the hands, see ``Channels``
+CARRY_EASE = 0.2  # of a motion: to take and to put down
+SHIFT_EASE = 0.3
+SHIFT_M = (0.035, 0.008)  # the pelvis, standing and seated
+SHIFT_LEAN_RAD = (0.03, 0.14)
 LEVEL_LOOK_M = 1.3  # nobody bows to a point higher than this
 
 
@@ -99,7 +112,19 @@ def sit_down(start: Channels, seat: SeatPose, duration_s: float, fps: float) -> 
         yaw=before.yaw + smooth(np.clip(share * 1.5, 0, 1)) * turn,
         lean=before.lean + down * (SEATED_LEAN_RAD - before.lean) + SIT_LEAN_RAD * np.sin(np.pi * share) ** 2,
         seated=smooth(np.clip(1.4 * share - 0.4, 0, 1)),
-        feet=_step_over(before.feet, np.array(seat.balls_m), seat.yaw_rad, turn, share),
+        feet=_step_over(before.feet, np.array(seat.balls_m), turn, share),
+    )
+
+
+def scoot(start: Channels, shift_xy: FloatArray, duration_s: float, fps: float) -> Channels:
+    """Someone who sits moves along with the seat by (2,) metres; their feet step, one after the other."""
+    before = start.last()
+    share = shares_of(duration_s, fps)
+    balls = before.feet.ball[0] + np.append(shift_xy, 0.0)
+    return replace(
+        before.hold(len(share)),
+        xy=before.xy + smooth(share)[:, None] * shift_xy,
+        feet=_step_over(before.feet, balls, 0.0, share),
     )
 
 
@@ -107,16 +132,68 @@ def reach(
     start: Channels, side: int, target: FloatArray, lean_rad: float, crouch_m: float, duration_s: float, fps: float
 ) -> Channels:
     """Move a hand (0 left, 1 right) to a point (3,), bending and going down a little. ``backwards()`` takes it back."""
+    return _reach(start, (side,), np.asarray(target, dtype=np.float64)[None], lean_rad, crouch_m, duration_s, fps)
+
+
+def reach_both(
+    start: Channels, targets: FloatArray, lean_rad: float, crouch_m: float, duration_s: float, fps: float
+) -> Channels:
+    """Move both hands to points (2, 3), left and right, as ``reach`` does."""
+    return _reach(start, (0, 1), np.asarray(targets, dtype=np.float64), lean_rad, crouch_m, duration_s, fps)
+
+
+def carry(chunk: Channels, share: float) -> Channels:
+    """The same motion with something in both hands, before the belly: taken at its start and put down at its end.
+
+    share: 0..1 of the way from free hands to that. The first and the last frame's hands stay about where they were.
+    """
+    place = np.arange(1, len(chunk) + 1) / len(chunk)
+    weight = share * smooth(place / CARRY_EASE) * smooth((1 - place) / CARRY_EASE)
+    near = np.maximum(chunk.near, weight[:, None])
+    return replace(chunk, near=near, offset=np.tile(CARRIED, (len(chunk), 1, 1)), at_head=np.zeros_like(near))
+
+
+def look(start: Channels, yaw_rad: float, pitch_rad: float, duration_s: float, fps: float) -> Channels:
+    """Turn the head against the chest: yaw to the left, pitch up. It stays so until another motion turns it."""
     before = start.last()
-    n = frames_of(duration_s, fps)
-    share = smooth(np.arange(1, n + 1) / n)
-    held = before.hold(n)
-    weights, targets = held.reach.copy(), held.target.copy()
-    weights[:, side], targets[:, side] = share, target
-    away = np.asarray(target)[:2] - before.xy[0]
+    share = smooth(shares_of(duration_s, fps))[:, None]
+    gaze = before.look + share * (np.array([yaw_rad, pitch_rad]) - before.look)
+    return replace(before.hold(len(share)), look=gaze)
+
+
+def shift(start: Channels, duration_s: float, fps: float, rng: np.random.Generator) -> Channels:
+    """Ease the weight: standing onto one leg, seated a little aside and forwards; and back at the end."""
+    before = start.last()
+    share = shares_of(duration_s, fps)
+    held = before.hold(len(share))
+    seated = float(before.seated[0])
+    over = smooth(share / SHIFT_EASE) * smooth((1 - share) / SHIFT_EASE)
+    aside_m = (SHIFT_M[0] + seated * (SHIFT_M[1] - SHIFT_M[0])) * rng.choice([-1.0, 1.0]) * rng.uniform(0.6, 1.0)
+    lean_rad = (SHIFT_LEAN_RAD[0] + seated * (SHIFT_LEAN_RAD[1] - SHIFT_LEAN_RAD[0])) * rng.uniform(-0.3, 1.0)
+    left = np.array([-np.sin(before.yaw[0]), np.cos(before.yaw[0])])
+    return replace(held, xy=before.xy + over[:, None] * aside_m * left, lean=held.lean + over * lean_rad)
+
+
+def _reach(
+    start: Channels, sides: tuple[int, ...], points: FloatArray, lean_rad: float, crouch_m: float, duration_s: float,
+    fps: float,
+) -> Channels:  # fmt: skip
+    """Hands of some sides to points (n, 3); the eyes go to their middle."""
+    before = start.last()
+    share = smooth(shares_of(duration_s, fps))
+    held = before.hold(len(share))
+    weights, targets, near = held.reach.copy(), held.target.copy(), held.near.copy()
+    for side, point in zip(sides, points, strict=True):
+        was, from_m = before.reach[0, side], before.target[0, side]
+        weights[:, side] = was + share * (1 - was)
+        # A hand that is back leaves a trace of its weight, and a target that may be far away by now.
+        targets[:, side] = point if was < BACK else from_m + share[:, None] * (point - from_m)
+        near[:, side] *= 1 - share
+    middle = points.mean(axis=0)
+    away = middle[:2] - before.xy[0]
     turn_most, bow_most = REACH_LOOK_RAD
     turn = float(np.clip(wrap_angle(np.arctan2(away[1], away[0]) - before.yaw[0]), -turn_most, turn_most))
-    bow = bow_most * float(np.clip(LEVEL_LOOK_M - target[2], 0.0, 1.0))
+    bow = bow_most * float(np.clip(LEVEL_LOOK_M - middle[2], 0.0, 1.0))
     gaze = np.array([turn, -bow])
     return replace(
         held,
@@ -124,13 +201,9 @@ def reach(
         lean=before.lean + share * (lean_rad - before.lean),
         reach=weights,
         target=targets,
+        near=near,
         look=before.look + share[:, None] * (gaze - before.look),
     )
-
-
-def frames_of(duration_s: float, fps: float) -> int:
-    """Frames of a duration, at least one."""
-    return max(1, round(duration_s * fps))
 
 
 def _along(route: FloatArray, speed_m_s: float, fps: float) -> tuple[FloatArray, FloatArray]:
@@ -174,7 +247,9 @@ def _stepping(body: Body, before: Channels, xy: FloatArray, yaw: FloatArray, fps
     first = 0 if yaw[min(len(yaw) - 1, round(fps / 2))] >= yaw[0] else 1
     feet = walk_feet(body, before.feet.last(), xy, yaw, phase, first)
     speed = np.sqrt(np.sum(np.gradient(xy, axis=0) ** 2, axis=1)) * fps
-    gain = ndimage.uniform_filter1d(smooth(speed / FULL_GAIT_M_S), max(1, round(fps / 3)), mode="constant")
+    straight = speed / np.maximum(np.gradient(phase) * fps * step_length_m(body, speed), SLOWEST_M_S)
+    gain = smooth(speed / FULL_GAIT_M_S) * np.minimum(straight, 1.0) ** 2
+    gain = ndimage.uniform_filter1d(gain, max(1, round(fps / 3)), mode="constant")
     held = before.hold(len(yaw) - 1)
     return replace(
         held, xy=xy[1:], yaw=yaw[1:], gain=gain[1:], phase=phase[1:] + (1 if first == 0 else 0),
@@ -182,15 +257,15 @@ def _stepping(body: Body, before: Channels, xy: FloatArray, yaw: FloatArray, fps
     )  # fmt: skip
 
 
-def _step_over(feet: Feet, balls: FloatArray, yaw_rad: float, turn: float, share: FloatArray) -> Feet:
-    """(1, ...) feet to balls (2, 3): one after the other, lifted if they have some way to go."""
+def _step_over(feet: Feet, balls: FloatArray, turn: float, share: FloatArray) -> Feet:
+    """(1, ...) feet to balls (2, 3): one after the other, lifted on their way."""
     n = len(share)
     ball, foot_yaw = np.empty((n, 2, 3)), np.empty((n, 2))
     for side in (0, 1):
         part = smooth((share - 0.3 * side) / 0.6)
         way = balls[side] - feet.ball[0, side]
         ball[:, side] = feet.ball[0, side] + part[:, None] * way
-        if np.sqrt(np.sum(way[:2] ** 2)) > STEP_ONTO_M:
-            ball[:, side, 2] += STEP_LIFT_M * np.sin(np.pi * part) ** 2
+        lift_m = min(STEP_LIFT[0], STEP_LIFT[1] * float(np.sqrt(np.sum(way[:2] ** 2))))
+        ball[:, side, 2] += lift_m * np.sin(np.pi * part)
         foot_yaw[:, side] = feet.yaw[0, side] + part * turn
     return Feet(ball, foot_yaw, np.zeros((n, 2)))

@@ -90,16 +90,21 @@ def round_corners(walk: WalkMap, points: FloatArray) -> FloatArray:
     return np.concatenate([*parts, points[-1:]])
 
 
-def nearest_free(walk: WalkMap, xy: FloatArray, allowed: BoolArray) -> tuple[FloatArray, float] | None:
-    """(2,) point -> ((2,) centre of the nearest free and allowed cell, metres to it), or None if there is none."""
-    usable = walk.free & allowed
-    if not usable.any():
+def nearest_free(walk: WalkMap, xy: FloatArray, within_m: float = np.inf) -> tuple[FloatArray, float] | None:
+    """(2,) point -> ((2,) centre of the nearest free cell, metres to it), or None if there is none so near."""
+    xy = np.asarray(xy, dtype=np.float64)
+    low, high = np.zeros(2, dtype=np.int64), np.array(walk.free.shape)
+    if np.isfinite(within_m):
+        low = np.maximum(np.floor((xy - within_m - walk.origin_xy) / walk.cell_m).astype(np.int64), 0)
+        high = np.clip(np.ceil((xy + within_m - walk.origin_xy) / walk.cell_m).astype(np.int64), 0, high)
+    free = walk.free[low[0] : high[0], low[1] : high[1]]
+    if not free.any():
         return None
-    centres = walk.centres()
-    away = np.round(np.sqrt(np.sum((centres - np.asarray(xy)) ** 2, axis=-1)), 6)
-    away[~usable] = np.inf
-    best = np.unravel_index(int(np.argmin(away)), away.shape)
-    return centres[best], float(away[best])
+    x, y = (walk.origin_xy[a] + (low[a] + np.arange(free.shape[a]) + 0.5) * walk.cell_m for a in range(2))
+    away = np.round(np.sqrt((x[:, None] - xy[0]) ** 2 + (y[None] - xy[1]) ** 2), 6)
+    away[~free] = np.inf
+    i, j = np.unravel_index(int(np.argmin(away)), away.shape)
+    return (np.array([x[i], y[j]]), float(away[i, j])) if away[i, j] <= within_m else None
 
 
 @numba.njit(cache=True)

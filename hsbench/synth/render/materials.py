@@ -28,9 +28,21 @@ SCREEN_GLOSS = 0.9
 VARNISH, SILVER = 0.04, 0.8  # mirror reflection, straight on
 MIRRORS, MIRRORED = ("glass", "mirror"), ("mirror", "wardrobe", "bathroom_cabinet")  # such parts of such things
 
+CLOTH_THINGS = frozenset((
+    "sofa", "armchair", "ottoman", "office_chair", "bed", "bunk_bed", "curtain", "cushion", "rug", "towel_rail",
+    "coat_rack", "floor_lamp", "table_lamp",
+))  # fmt: skip
+CLOTH_PARTS = frozenset((
+    "seat", "back", "back_cushion", "armrest", "headboard", "mattress", "duvet", "overhang", "pillow", "sheet",
+    "fold", "hem", "cushion", "button", "field", "border", "towel", "coat", "shade",
+))  # fmt: skip
+"""Plain parts of these names of these things are woven."""
+DEEPEST_DYE = 0.75  # of cloth: 1 - the least of the three linear channels / the greatest; dust and fibres grey any dye
+
 SOFT = frozenset(("weave", "carpet", "corduroy", "stripes", "checks", "dots"))
 SOFT_EDGE_M, LEAF_EDGE_M, HARD_EDGE_M = 0.03, 0.05, 0.004
 
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear RGB, ITU-R BT.709
 GROUT, MORTAR = (176, 172, 164), (184, 176, 164)
 OFFSET_M = 64.0  # patterns of two parts are at most so far from each other
 
@@ -59,8 +71,10 @@ def material(item: SceneObject, part: Part) -> Material:
     """The material of one part of an object."""
     structure = item.category.group == "structure"
     silver = item.category.name in MIRRORED and base_name(part.name) in MIRRORS
-    name = part.texture or ("plaster" if item.category.name in ("wall", "ceiling") else "")
+    name = part.texture or _implied_texture(item, part)
     colour = decode_srgb(np.array(part.colour))
+    if name in SOFT:
+        colour = dyed(colour)
     return Material(
         CODES[name],
         colour,
@@ -86,6 +100,21 @@ def is_opaque(item: SceneObject, part: Part) -> bool:
 def base_name(name: str) -> str:
     """A part's name without the number that tells it from its like: drawer_2 -> drawer."""
     return re.sub(r"_?\d+$", "", name)
+
+
+def dyed(colour: FloatArray) -> FloatArray:
+    """(3,) linear colour no deeper than ``DEEPEST_DYE``: mixed with the grey of the same luminance where it is."""
+    grey = float(colour @ LUMINANCE)
+    excess = float((1.0 - DEEPEST_DYE) * colour.max() - colour.min())
+    share = max(excess, 0.0) / max(excess + DEEPEST_DYE * grey, 1e-9)
+    return colour + share * (grey - colour)
+
+
+def _implied_texture(item: SceneObject, part: Part) -> str:
+    """What a part is made of whose texture the schema leaves plain."""
+    if item.category.name in ("wall", "ceiling"):
+        return "plaster"
+    return "weave" if item.category.name in CLOTH_THINGS and base_name(part.name) in CLOTH_PARTS else ""
 
 
 def _second(texture: str, colour: FloatArray) -> FloatArray:

@@ -29,13 +29,15 @@ LAMP_HALF_M = 0.45
 LAMP_TRIES = 23  # places across a room
 ALIKE_M = 0.001  # of two walls as long as each other the first counts
 HIPS_M, LIFTED_M = 1.0, 2.0  # where people are lit as the room is; how far their lamps hang above the ceiling
+SCATTERED = 0.15  # of the light of lamp and windows is scattered by things before it reaches somebody
+SPHERE_TO_DISC = 4.0  # light from one direction, spread over all: a sphere has four times the area of its disc
 BEFORE_WINDOW_M = 0.5  # a pane lights the room that lies so far before it
 LAMP_GAP_M = 0.02  # below the ceiling
-SUN = np.array([5.6, 5.0, 4.2])  # on a surface that faces it: much haze
+SUN = np.array([1.9, 1.7, 1.42])  # on a surface that faces it: thin clouds before it, or it would drown the room
 SUNNY_SHARE = 0.6
 SUN_ELEVATION_DEG, SUN_AZIMUTH_DEG = (24.0, 46.0), (12.0, 48.0)  # azimuth from the window's axis
 ALBEDO = 0.55  # mean of a furnished room, for the light that bounces on and on
-KEY = 0.7  # exposed mean light: a white wall in it is shown at about 75 % of the range
+KEY = 0.76  # exposed mean light: a white wall in it is shown at half of the range
 
 
 class AreaLight(NamedTuple):
@@ -98,15 +100,15 @@ class Sources:
 def sources_of(scene: Scene) -> Sources:
     """The light sources of a scene."""
     windows = tuple(pane for item in scene.objects for pane in _panes(item, scene.rooms))
+    towards, sun = _sun(scene, windows)
     lamps, ambient = [], []
     for number, room in enumerate(scene.rooms):
         own = [pane for pane in windows if pane.room == number]
         surface_m2 = 2 * room.area_m2 + scene.height_m * _perimeter(room.outline_xy)
         level = LAMP_LEVEL if own else LAMP_LEVEL_DARK
         lamps.append(_lamp(number, room, scene.height_m, level * (1 - ALBEDO) * surface_m2))
-        flux = sum((light.flux for light in own), lamps[-1].flux)
+        flux = sum((light.flux + _sunlight_sent_on(light, towards, sun) for light in own), lamps[-1].flux)
         ambient.append(flux / surface_m2 * ALBEDO / (1 - ALBEDO))
-    towards, sun = _sun(scene, windows)
     return Sources(scene.rooms, tuple(lamps), windows, np.array(ambient), towards, sun)
 
 
@@ -115,24 +117,28 @@ def person_lighting(sources: Sources, camera_xy: FloatArray) -> Lighting:
 
     Bounced light is ambient; the windows of the camera's room shine from one direction each, as bright as in the middle
     of the room; its lamp is a point above the ceiling, so that no head under it burns out, as bright at the hips.
+    A share of each, ``SCATTERED``, comes from all around.
     """
     here = sources.room_of(np.asarray(camera_xy, dtype=np.float64)[None])[0]
     exposure = sources.exposure(camera_xy)
     middle = np.array([*sources.lamps[here].centre[:2], HIPS_M])
     windows = sorted((w for w in sources.windows if w.room == here), key=lambda w: -_form_factor(w, middle))
+    windows = windows[:MAX_LIGHTS_PER_KIND]
+    whole = sum(_form_factor(light, middle) * float(light.above.mean()) for light in (sources.lamps[here], *windows))
+    direct = exposure * (1 - SCATTERED)
     return Lighting(
-        ambient=exposure * float(sources.ambient[here].mean()),
-        points=(_lifted(sources.lamps[here], exposure),),
+        ambient=exposure * (float(sources.ambient[here].mean()) + SCATTERED * whole / SPHERE_TO_DISC),
+        points=(_lifted(sources.lamps[here], direct),),
         directionals=tuple(
-            DirectionalLight(_vector(middle - w.centre), exposure * _form_factor(w, middle), _vector(w.above))
-            for w in windows[:MAX_LIGHTS_PER_KIND]
+            DirectionalLight(_vector(middle - w.centre), direct * _form_factor(w, middle), _vector(w.above))
+            for w in windows
         ),
     )
 
 
-def _lifted(lamp: AreaLight, exposure: float) -> PointLight:
+def _lifted(lamp: AreaLight, strength: float) -> PointLight:
     x, y, z = lamp.centre.tolist()
-    light = exposure * _form_factor(lamp, np.array([x, y, HIPS_M]))
+    light = strength * _form_factor(lamp, np.array([x, y, HIPS_M]))
     return PointLight((x, y, z + LIFTED_M), light * (z + LIFTED_M - HIPS_M) ** 2, _vector(lamp.above))
 
 
@@ -203,6 +209,11 @@ def _sun(scene: Scene, windows: Sequence[AreaLight]) -> tuple[FloatArray, FloatA
     x, y = -inward[0], -inward[1]
     towards = np.array([level * (c * x - s * y), level * (s * x + c * y), up])
     return towards, SUN if sunny < SUNNY_SHARE else np.zeros(3)
+
+
+def _sunlight_sent_on(pane: AreaLight, towards: FloatArray, sun: FloatArray) -> FloatArray:
+    """(3,) flux that what the sun meets behind a pane sends on."""
+    return ALBEDO * pane.area_m2 * max(-float(pane.normal @ towards), 0.0) * sun
 
 
 def _perimeter(outline: FloatArray) -> float:

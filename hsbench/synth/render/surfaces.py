@@ -16,7 +16,7 @@ from hsbench.errors import SchemaError
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.transforms import apply
 from hsbench.schema.scene import SceneObject
-from hsbench.synth.render.base import MAX_MESH_ID, Lighting, Mesh, Renderer
+from hsbench.synth.render.base import MAX_MESH_ID, Lighting, Mesh, Renderer, Window
 from hsbench.synth.render.materials import is_opaque, is_pane, material
 from hsbench.typing import AnyArray, BoolArray, FloatArray, Int32Array, IntArray
 
@@ -99,9 +99,9 @@ def surfaces_of(objects: Sequence[SceneObject]) -> Surfaces:
 
 
 def triangles_seen(
-    surfaces: Surfaces, renderer: Renderer, camera: PinholeCamera, world_T_camera: FloatArray
+    surfaces: Surfaces, renderer: Renderer, camera: PinholeCamera, world_T_camera: FloatArray, window: Window
 ) -> Int32Array:
-    """(h, w) number of the triangle at each pixel's centre, -1 where there is none.
+    """(h, w) number of the triangle at the centre of each pixel of a window, -1 where there is none.
 
     Raises SchemaError for more triangles than a colour can number.
     """
@@ -112,5 +112,5 @@ def triangles_seen(
     codes = np.stack([numbers & 255, (numbers >> 8) & 255, numbers >> 16], axis=-1).astype(np.uint8)
     triangles = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
     mesh = Mesh(MAX_MESH_ID, surfaces.corners.reshape(-1, 3), triangles, codes)
-    rgb = renderer.render([mesh], camera, world_T_camera, Lighting(1.0)).rgb.astype(np.int32)
+    rgb = renderer.render([mesh], camera, world_T_camera, Lighting(1.0), window).rgb.astype(np.int32)
     return rgb[..., 0] + (rgb[..., 1] << 8) + (rgb[..., 2] << 16) - 1

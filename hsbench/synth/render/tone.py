@@ -1,4 +1,4 @@
-"""From linear light to display bytes and back: the sRGB curve, and a gentle shoulder that no brightness clips."""
+"""From linear light to display bytes and back: the sRGB curve, and a tone curve that no brightness clips."""
 
 from __future__ import annotations
 
@@ -9,18 +9,22 @@ from hsbench.typing import AnyArray, FloatArray, UInt8Array
 
 # IEC 61966-2-1 (sRGB).
 _SLOPE, _OFFSET, _EXPONENT, _BREAK = 12.92, 0.055, 2.4, 0.0031308
-KNEE = 0.5
-"""Above the knee the curve bends towards white and never gets there."""
-TOE = 0.02
-"""Light of this brightness is shown at half of it: shadows are deepened a little."""
+HALF_LIGHT, CONTRAST = 0.65, 1.2
+"""Light that is shown at half of the range, and how steeply the curve rises there (of the logarithm of light).
+
+Up to about half it stays close to the identity, shadows a little deeper; above, a step of brightness keeps a fair share
+of its contrast for long, so that a pattern in the sun is still seen.
+"""
 
 
 @numba.njit(cache=True, error_model="numpy")
 def toned(light: float) -> float:
-    """Exposed light >= 0 -> display light below 1: a toe, then nearly the identity, then a rational shoulder."""
-    light *= light / (light + TOE)
-    over = max(light - KNEE, 0.0) / (1.0 - KNEE)
-    return min(light, KNEE) + (1.0 - KNEE) * over / (1.0 + over)
+    """Exposed light >= 0 -> display light below 1, and never above the light itself.
+
+    The curve by which eyes answer light they are adapted to (Naka and Rushton 1966).
+    """
+    answer = (light / HALF_LIGHT) ** CONTRAST
+    return answer / (1.0 + answer)
 
 
 def encode_srgb(light: FloatArray) -> UInt8Array:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hsbench.synth.rooms.placing import Item, Piece, Pose
+from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.poses import QUARTER, WALL_GAP_M, Context, Proposal, along_walls
 from hsbench.synth.rooms.search import HANG_GAP_M, together
 

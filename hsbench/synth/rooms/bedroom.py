@@ -7,14 +7,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from hsbench.synth.furniture.pieces import pick
+from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.living import rug
-from hsbench.synth.rooms.placing import Item, Piece, Pose
 from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls, in_room
 
 DOUBLE_M = 1.35  # beds from this width on stand free on both sides
 BESIDE_M = 0.55  # way along each side of a double bed
 STAND_GAP_M = 0.04
 CORNER_M = 0.5  # a bed this near to a corner stands in it
+HEAD_GAP_M = 0.1  # head of a bed in a corner to the wall there
 FOOT_GAP_M = 0.05
 FOOT_SHARE, RUG_SHARE, SIDEWAYS_SHARE = 0.4, 0.5, 0.5
 RUG_M, RUG_Y_M = (0.65, 1.5), -0.2  # rug beside a bed: across and along, its middle before that of the bed
@@ -23,9 +24,12 @@ HALF_TURN = 2 * QUARTER
 
 
 def bed(ctx: Context, mode: str) -> Iterator[Proposal]:
-    """A bed, head at a wall, a night stand a side; ``island``: free in the room, a dresser behind its head."""
+    """A bed, head at a wall, a night stand a side; ``alcove``: a narrow one, for a room where one also lives;
+    ``island``: free in the room, a dresser behind its head.
+    """
     rng = ctx.rng("bed")
-    frame, stand = ctx.piece("bed"), ctx.piece("night_stand")
+    frame = ctx.piece("bed", fit=0.0 if mode == "alcove" else None)
+    stand = ctx.piece("night_stand")
     if mode == "island" and ctx.fit > 0.0:  # in its smallest size it stands at a wall
         yield from _bed_island(ctx, frame, stand, rng)
         return
@@ -46,11 +50,19 @@ def bunk(ctx: Context, mode: str) -> Iterator[Proposal]:
 
 
 def _cornered(ctx: Context, frame: Piece, rng: np.random.Generator) -> Iterator[Pose]:
-    """With the head at a wall beside a corner or a long side at a wall, in either order; then anywhere at a wall."""
+    """With the head at a wall beside a corner, or in a corner with a long side at the other wall, in either order; then
+    with the head anywhere at a wall.
+    """
     heads = list(along_walls(ctx, frame, rng, "corner"))
     beside = [p for wall, at, p in heads if min(at, wall.length_m - at) < frame.width / 2 + CORNER_M]
     turn = pick(rng, (-QUARTER, QUARTER))
-    sideways = [p for t in (turn, -turn) for _, _, p in along_walls(ctx, frame, rng, "corner", turn=t)]
+    sideways = [
+        p
+        for t in (turn, -turn)
+        for wall, at, p in along_walls(ctx, frame, rng, "corner", turn=t)
+        # Turned to the left, its head is where the wall ends; turned to the right, where it begins.
+        if (wall.length_m - at if t > 0 else at) < frame.depth / 2 + HEAD_GAP_M
+    ]
     yield from (*sideways, *beside) if rng.random() < SIDEWAYS_SHARE else (*beside, *sideways)
     yield from (p for _, _, p in heads)
 

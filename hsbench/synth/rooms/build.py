@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from hsbench.errors import SchemaError
 from hsbench.geometry.transforms import planar
 from hsbench.schema.scene import Scene, SceneObject
@@ -41,26 +43,31 @@ def build_home(scene_id: str, seeds: Seeds, config: HomeConfig, families: tuple[
 def draw_templates(seeds: Seeds, plan: FloorPlan, config: RoomConfig) -> tuple[str, ...]:
     """A template for each room of a plan. Raises SchemaError for a room type without one."""
     weights = divided(config.templates, config.divider_share)
+    types = [room.room_type for room in plan.rooms]
     found = []
-    for i, room in enumerate(plan.rooms):
-        own = tuple((name, w) for name, w in weights if TEMPLATES[name].room_type == room.room_type)
+    for i, kind in enumerate(types):
+        own = tuple((name, w) for name, w in weights if TEMPLATES[name].room_type == kind)
         if not own:
-            raise SchemaError(f"room.templates has none for a {room.room_type}; expected one for each type of room")
-        cooks = room.room_type == _cooking_room(plan)
-        fitting = tuple((name, w) for name, w in own if has_kitchen(name) == cooks)
+            raise SchemaError(f"room.templates has none for a {kind}; expected one for each type of room")
+        wanted = (kind == _cooking_room(types), kind == _sleeping_room(types))
+        fitting = tuple((n, w) for n, w in own if (TEMPLATES[n].holds("kitchen"), _sleeps(n)) == wanted)
         found.append(weighted(seeds.rng(f"template-{i}"), fitting or own))
     return tuple(found)
 
 
-def has_kitchen(template_name: str) -> bool:
-    """Whether every room of a template holds a kitchen line."""
-    return any(all(o.startswith("kitchen") for o in group.split("|")) for group in TEMPLATES[template_name].core)
-
-
-def _cooking_room(plan: FloorPlan) -> str:
+def _cooking_room(types: Sequence[str]) -> str:
     """The type of the one room of a home where people cook: a kitchen, else the dining or living room."""
-    types = [room.room_type for room in plan.rooms]
     return next((kind for kind in ("kitchen", "dining", "living") if kind in types), "")
+
+
+def _sleeping_room(types: Sequence[str]) -> str:
+    """The type of the rooms of a home where people sleep: bedrooms, else the living room."""
+    return next((kind for kind in ("bedroom", "living") if kind in types), "")
+
+
+def _sleeps(template_name: str) -> bool:
+    """Whether every room of a template holds a bed."""
+    return any(TEMPLATES[template_name].holds(group) for group in ("bed", "bunk"))
 
 
 def divided(weights: Weights, share: float) -> Weights:

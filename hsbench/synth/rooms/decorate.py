@@ -5,14 +5,18 @@ Each function has the shape ``f(layout, style, seeds, config)`` and adds to the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from hsbench.geometry.polygons import contains, outline_distance
-from hsbench.synth.furniture import Style
+from hsbench.synth.furniture import Style, size
+from hsbench.synth.furniture.lamps import CEILING_LAMPS, ceiling_lamp_of
+from hsbench.synth.furniture.pieces import draw
+from hsbench.synth.furniture.wall import picture_of
 from hsbench.synth.rooms.config import RoomConfig
-from hsbench.synth.rooms.placing import Item, Layout, Piece, Pose
+from hsbench.synth.rooms.items import Item, Piece, Pose
+from hsbench.synth.rooms.placing import Layout
 from hsbench.synth.rooms.poses import Context, at_wall
 from hsbench.synth.rooms.search import HANG_GAP_M
 from hsbench.synth.rooms.shell import DOOR_SIDE_M, Opening, Wall
@@ -37,7 +41,14 @@ TO_CEILING_M = 0.1
 PICTURES_PER_M = 0.13  # of wall, on average
 ROW_SHARE, ROW_GAP_M = 0.35, 0.1  # of places with several pictures in a row, and the space between them
 CLOCK_SHARE = 0.25
+MOST_IN_ROW = 3
 PLACE_M = 0.4  # between places on bare walls
+PLAIN_LAMPS = CEILING_LAMPS[:1]
+LAMPS_OF: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(("living", "dining", "bedroom"), CEILING_LAMPS),
+    **dict.fromkeys(("kitchen", "study", "meeting"), CEILING_LAMPS[:2]),
+}
+"""Room type -> kinds of lamps under its ceiling; others have plain ones."""
 TABLES = ("dining_table", "meeting_table", "kitchen_island")
 BELOW_PICTURES = ("sofa", "bed", "sideboard", "dresser", "desk", "piano", "bench", "shoe_cabinet", "dining_table")
 WET = "toilet"  # a room with one has neither curtains nor pictures
@@ -85,7 +96,10 @@ def _is_wet(layout: Layout) -> bool:
 def ceiling_lamps(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> None:
     """A lamp over each large table, or in the middle of the room; more where a long room has other middles."""
     height = layout.shell.size_m[2]
-    tall, flat = (Context(layout, style, seeds.child("lamp"), config).piece("ceiling_lamp", fit=f) for f in (1.0, 0.0))
+    tall, flat = (
+        Piece("ceiling_lamp", ceiling_lamp_of(seeds.child("lamp").rng("shape"), style, kinds, fit))
+        for kinds, fit in ((LAMPS_OF.get(layout.room_type, PLAIN_LAMPS), 1.0), (PLAIN_LAMPS, 0.0))
+    )
     hung: list[FloatArray] = []
     for item in layout.items:
         if item.piece.category_name in TABLES:
@@ -132,9 +146,17 @@ def pictures(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> 
     for k, (wall, along, width) in enumerate(places):
         if len(items) >= wanted:
             break
-        piece = ctx.piece("picture", f"-{k % 3}")
-        count = min(3, int((width + ROW_GAP_M) / (piece.width + ROW_GAP_M))) if rng.random() < ROW_SHARE else 1
-        row = _row(layout, piece, wall, along, max(1, min(count, wanted - len(items))))
+        format_rng = ctx.rng(f"format-{k}")
+        width_m, height_m = draw(format_rng, size("picture").width_m), draw(format_rng, size("picture").height_m)
+        count = min(MOST_IN_ROW, int((width + ROW_GAP_M) / (width_m + ROW_GAP_M))) if rng.random() < ROW_SHARE else 1
+        count = max(1, min(count, wanted - len(items)))
+        half = (count * (width_m + ROW_GAP_M) - ROW_GAP_M) / 2
+        if not half <= along <= wall.length_m - half:
+            continue
+        framed = [(ctx.rng(f"frame-{k}"), ctx.rng(f"image-{k}-{i}")) for i in range(count)]  # alike in a row
+        row = _row(
+            layout, [Piece("picture", picture_of(*own, style, width_m, height_m)) for own in framed], wall, along
+        )
         if row and all(layout.free_of(item, ()) for item in row):
             items += layout.place([row])
     if rng.random() < CLOCK_SHARE:
@@ -164,17 +186,17 @@ def _bare_places(layout: Layout, rng: np.random.Generator) -> list[tuple[Wall, f
     return [(wall, along, PLACE_M) for _, wall, along in sorted(places, key=lambda p: p[0])]
 
 
-def _row(layout: Layout, piece: Piece, wall: Wall, along: float, count: int) -> list[Item]:
-    """Pictures side by side about a place, above what stands there; none if that is too high."""
-    pitch = piece.width + ROW_GAP_M
-    half = float(piece.bounds[1, 2] - piece.bounds[0, 2]) / 2
-    places = [along + (i - (count - 1) / 2) * pitch for i in range(count)]
-    first = [_hung(piece, wall, p, EYE_M) for p in places]
+def _row(layout: Layout, pieces: Sequence[Piece], wall: Wall, along: float) -> list[Item]:
+    """Pictures of one size side by side about a place, above what stands there; none if that is too high."""
+    pitch = pieces[0].width + ROW_GAP_M
+    half = float(pieces[0].bounds[1, 2] - pieces[0].bounds[0, 2]) / 2
+    places = [along + (i - (len(pieces) - 1) / 2) * pitch for i in range(len(pieces))]
+    first = [_hung(piece, wall, at, EYE_M) for piece, at in zip(pieces, places, strict=True)]
     below = [_top_below(layout, item) for item in first]
     middle = max(EYE_M, max(below) + half)
     if middle > HIGHEST_M or middle + half > layout.shell.size_m[2] - TO_CEILING_M:
         return []
-    return [_hung(piece, wall, p, middle) for p in places]
+    return [_hung(piece, wall, at, middle) for piece, at in zip(pieces, places, strict=True)]
 
 
 def _hung(piece: Piece, wall: Wall, along: float, middle_m: float) -> Item:

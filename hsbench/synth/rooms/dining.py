@@ -9,7 +9,7 @@ from itertools import zip_longest
 import numpy as np
 
 from hsbench.synth.furniture.pieces import draw, pick
-from hsbench.synth.rooms.placing import Item, Piece, Pose
+from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls, in_room, jitter
 from hsbench.synth.rooms.search import fits
 
@@ -35,10 +35,7 @@ def dining(ctx: Context, mode: str) -> Iterator[Proposal]:
     if mode == "bench":
         yield from _with_bench(ctx, table, chair, rng)
     elif mode == "middle":
-        margin = min(table.width, table.depth) / 2 + chair.depth + WALK_BEHIND_M
-        for pose in in_room(ctx, rng, margin):
-            if fits(ctx, table, pose):
-                yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, open_end=True)]
+        yield from in_middle(ctx, table, chair, rng)
     else:
         for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M, turn=QUARTER):
             if fits(ctx, table, pose):
@@ -46,6 +43,14 @@ def dining(ctx: Context, mode: str) -> Iterator[Proposal]:
                 yield [Item(table, pose), *chairs]
     if ctx.fit == 0.0:
         yield from cramped(ctx, table, chair, rng)
+
+
+def in_middle(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) -> Iterator[Proposal]:
+    """A table with chairs all round, near the middle of the room."""
+    margin = min(table.width, table.depth) / 2 + chair.depth + WALK_BEHIND_M
+    for pose in in_room(ctx, rng, margin):
+        if fits(ctx, table, pose):
+            yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, open_end=True)]
 
 
 def cramped(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) -> Iterator[Proposal]:

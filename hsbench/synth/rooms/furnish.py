@@ -15,21 +15,27 @@ from hsbench.synth.furniture import Style
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.decorate import ceiling_lamps, curtains, pictures, radiators
 from hsbench.synth.rooms.groups import GROUPS
-from hsbench.synth.rooms.placing import Item, Layout
+from hsbench.synth.rooms.items import Item
+from hsbench.synth.rooms.placing import Layout
 from hsbench.synth.rooms.poses import Context
 from hsbench.synth.rooms.shell import Shell
 from hsbench.synth.rooms.supports import small_things
-from hsbench.synth.rooms.templates import FILLERS_OF, TEMPLATES
+from hsbench.synth.rooms.templates import FILLERS_OF, TEMPLATES, Template
 from hsbench.synth.seeds import Seeds
 
-FITS = (1.0, 0.5, 0.0)  # a group that does not fit is tried in smaller sizes
+FITS = (1.0, 0.5, 0.0)  # a group that does not fit is tried in smaller sizes,
+EXTRA_FITS = FITS[:2]  # an extra not in the smallest, which has fallbacks for rooms that need the group
 TURNS = 3  # independent draws of one group of the template
 MOST_ENDINGS = 5  # ways to place all groups of a template that are tried
 FILLER_ROUNDS = 3
-USUAL_M2 = 14.0  # smaller rooms have fewer extras and a smaller least number of objects
-FINISHES: tuple[Callable[[Layout, Style, Seeds, RoomConfig], None], ...] = (
-    radiators, curtains, ceiling_lamps, pictures, small_things,
-)  # fmt: skip
+USUAL_M2 = 14.0  # smaller rooms have fewer extras and a smaller least number of objects, larger ones more extras
+BARE_M = 0.9  # a person who may stand so far from all things and walls stands on floor that lacks furniture
+ONCE = frozenset(("dining", "piano", "play", "storage"))
+"""Groups of which a room has one."""
+Step = Callable[[Layout, Style, Seeds, RoomConfig], None]
+AT_WINDOWS: tuple[Step, ...] = (radiators, curtains)
+"""What is added once the groups of the template stand, in this order."""
+FINISHES: tuple[Step, ...] = (ceiling_lamps, pictures, small_things)
 """What is added when all furniture stands, in this order."""
 
 DEFINING: dict[str, tuple[frozenset[str], ...]] = {
@@ -37,7 +43,7 @@ DEFINING: dict[str, tuple[frozenset[str], ...]] = {
     "bedroom": (frozenset(("bed", "bunk_bed")),),
     "kitchen": (frozenset(("kitchen_counter",)),),
     "dining": (frozenset(("dining_table",)),),
-    "bathroom": (frozenset(("toilet",)), frozenset(("washbasin",))),
+    "bathroom": (frozenset(("toilet",)), frozenset(("washbasin",)), frozenset(("shower", "bathtub"))),
     "study": (frozenset(("desk",)),),
     "office": (frozenset(("desk",)),),
     "meeting": (frozenset(("meeting_table",)),),
@@ -58,7 +64,7 @@ def furnish(
     template = TEMPLATES[template_name]
     small = min(1.0, shell.area_m2 / USUAL_M2)
     least = round(config.furniture[0] * small)
-    layout = Layout(shell, structure, replace(config, furniture=(least, config.furniture[1])))
+    layout = Layout(shell, structure, replace(config, furniture=(least, config.furniture[1])), template.room_type)
     rng = seeds.rng("programme")
     core = [_one_of(rng, names) for names in template.core]
     empty = layout.mark()
@@ -66,9 +72,10 @@ def furnish(
     if lacking(layout, template.room_type):
         layout.back_to(empty)
         _place_core(layout, style, seeds.child("resort"), [RESORTS[template.room_type], *core])
-    count = round(int(rng.integers(config.extras[0], config.extras[1], endpoint=True)) * small)
-    for i in rng.permutation(len(template.extras))[:count]:
-        _place(layout, style, seeds.child(f"extra-{i}"), _one_of(rng, template.extras[int(i)]))
+    for step in AT_WINDOWS:
+        step(layout, style, seeds, layout.config)
+    wish = int(rng.integers(config.extras[0], config.extras[1], endpoint=True))
+    _place_extras(layout, style, seeds, template, round(wish * shell.area_m2 / USUAL_M2))
     _fill_up(layout, style, seeds.child("filler"), FILLERS_OF[template.room_type])
     for finish in FINISHES:
         finish(layout, style, seeds, layout.config)
@@ -112,10 +119,22 @@ def _place_core(layout: Layout, style: Style, seeds: Seeds, groups: Sequence[str
     layout.back_to(best_mark)
 
 
-def _place(layout: Layout, style: Style, seeds: Seeds, group: str) -> list[Item]:
+def _place_extras(layout: Layout, style: Style, seeds: Seeds, template: Template, count: int) -> None:
+    """Place so many extras of a template, and the others as long as there is bare floor; those that need most first."""
+    rng = seeds.rng("extras")
+    order = [int(i) for i in rng.permutation(len(template.extras))]
+    chosen, others = sorted(order[:count]), sorted(order[count:])
+    for i in (*chosen, *others):
+        name = template.extras[i].partition(":")[0]
+        if (name in ONCE and template.holds(name)) or (i in others and layout.widest_m <= BARE_M):
+            continue
+        _place(layout, style, seeds.child(f"extra-{i}"), template.extras[i], EXTRA_FITS)
+
+
+def _place(layout: Layout, style: Style, seeds: Seeds, group: str, fits: Sequence[float] = FITS) -> list[Item]:
     """Try a group in falling sizes; the items that found a place."""
     name, _, mode = group.partition(":")
-    for fit in FITS:
+    for fit in fits:
         ctx = Context(layout, style, seeds.child(f"fit-{fit}"), layout.config, fit)
         placed = layout.place(GROUPS[name](ctx, mode))
         if placed:

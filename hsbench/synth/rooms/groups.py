@@ -8,48 +8,56 @@ nothing else in the room, the layout decides; where several pieces must share li
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import chain
 
 from hsbench.synth.rooms.bathroom import bathroom
 from hsbench.synth.rooms.bedroom import bed, bunk
 from hsbench.synth.rooms.dining import dining
 from hsbench.synth.rooms.dividers import divider
 from hsbench.synth.rooms.hall import wardrobe_corner
+from hsbench.synth.rooms.items import Item
 from hsbench.synth.rooms.kitchen import kitchen
 from hsbench.synth.rooms.living import facing_sofas, media, piano, reading
 from hsbench.synth.rooms.meeting import meeting
 from hsbench.synth.rooms.office import desk
-from hsbench.synth.rooms.placing import Item
-from hsbench.synth.rooms.poses import Context, Proposal, along_walls, in_corners, jitter
-from hsbench.synth.rooms.search import HANG_GAP_M
+from hsbench.synth.rooms.poses import Context, Proposal, along_walls, in_corners, in_room, jitter
+from hsbench.synth.rooms.search import HANG_GAP_M, beside_ways, fits, leaves_way
+from hsbench.synth.rooms.storage import play, storage
 
 Group = Callable[[Context, str], Iterator[Proposal]]
 
+LOOSE = frozenset(("coat_rack", "waste_bin", "laundry_basket", "water_cooler"))
+"""What stands at walls and aside from the line through a door, as plants and lamps do."""
 MOST_STOOLS = 2  # that stand about
 
 
 def _at_wall(category_name: str, prefer: str, gap_m: float = 0.02, most: int = 9) -> Group:
-    """A single piece with its back to a wall, in a room that has fewer than ``most`` of them."""
+    """A single piece with its back to a wall and a way before it, in a room that has fewer than ``most`` of them."""
 
     def propose(ctx: Context, mode: str) -> Iterator[Proposal]:
         if _count(ctx, category_name) < most:
             piece = ctx.piece(category_name)
-            for _, _, pose in along_walls(ctx, piece, ctx.rng("place"), prefer, gap_m):
-                yield [Item(piece, pose)]
+            for wall, along, pose in along_walls(ctx, piece, ctx.rng("place"), prefer, gap_m):
+                if not fits(ctx, piece, pose):
+                    continue
+                aside = category_name not in LOOSE or beside_ways(ctx, pose, piece.width / 2)
+                if aside and leaves_way(ctx, wall, along, gap_m + piece.depth):
+                    yield [Item(piece, pose)]
 
     return propose
 
 
 def _in_corner(category_name: str, most: int) -> Group:
-    """A small piece in a corner, or else along a wall, in a room that has fewer than ``most`` of them."""
+    """A small piece in a corner or else along a wall, not before a door, in a room with fewer than ``most`` of them."""
 
     def propose(ctx: Context, mode: str) -> Iterator[Proposal]:
         if _count(ctx, category_name) < most:
             piece = ctx.piece(category_name)
             rng = ctx.rng("place")
-            for pose in in_corners(ctx, piece, rng, 0.04):
-                yield [Item(piece, pose)]
-            for _, _, pose in along_walls(ctx, piece, rng, "corner", 0.05):
-                yield [Item(piece, pose)]
+            at_walls = (pose for _, _, pose in along_walls(ctx, piece, rng, "corner", 0.05))
+            for pose in chain(in_corners(ctx, piece, rng, 0.04), at_walls):
+                if fits(ctx, piece, pose) and beside_ways(ctx, pose, piece.width / 2):
+                    yield [Item(piece, pose)]
 
     return propose
 
@@ -61,6 +69,14 @@ def _stool(ctx: Context, mode: str) -> Iterator[Proposal]:
         rng = ctx.rng("place")
         for _, _, pose in along_walls(ctx, piece, rng, "any", 0.08):
             yield [Item(piece, pose.then(0.0, 0.0, jitter(rng, 40.0)))]
+
+
+def _lone_rug(ctx: Context, mode: str) -> Iterator[Proposal]:
+    """A rug on bare floor, in a room without one."""
+    if _count(ctx, "rug") == 0:
+        piece = ctx.piece("rug")
+        for pose in in_room(ctx, ctx.rng("place"), piece.width / 2):
+            yield [Item(piece, pose)]
 
 
 def _count(ctx: Context, category_name: str) -> int:
@@ -93,6 +109,8 @@ _GROUPS: dict[str, Group] = {
     "meeting": meeting,
     "wardrobe_corner": wardrobe_corner,
     "divider": divider,
+    "storage": storage,
+    "play": play,
     "sofa": _at_wall("sofa", "middle"),
     "wardrobe": _at_wall("wardrobe", "corner"),
     "bookshelf": _at_wall("bookshelf", "corner"),
@@ -112,12 +130,10 @@ _GROUPS: dict[str, Group] = {
     "coat_rack": _at_wall("coat_rack", "corner", most=1),
     "shoe_cabinet": _at_wall("shoe_cabinet", "any", most=2),
     "waste_bin": _at_wall("waste_bin", "corner", 0.04, 1),
-    "storage_box": _at_wall("storage_box", "corner", most=2),
-    "side_table": _in_corner("side_table", 2),
-    "night_stand": _at_wall("night_stand", "corner", most=2),
     "plant": _in_corner("plant", 3),
     "floor_lamp": _in_corner("floor_lamp", 1),
     "stool": _stool,
+    "rug": _lone_rug,
 }
 
 GROUPS: dict[str, Group] = {name: _or_bare(group) for name, group in _GROUPS.items()}

@@ -7,14 +7,16 @@ cabinets over the worktops.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise, product
+from itertools import groupby, pairwise, product
 
 import numpy as np
 
 from hsbench.synth.furniture.kitchen import kitchen_counter_of, wall_cabinet_of
 from hsbench.synth.furniture.pieces import draw
-from hsbench.synth.rooms.placing import APART_M, Item, Piece
+from hsbench.synth.rooms.items import Item, Piece
+from hsbench.synth.rooms.placing import APART_M
 from hsbench.synth.rooms.poses import QUARTER, WALL_GAP_M, Context, Proposal, along_walls, at_wall
 from hsbench.synth.rooms.search import HANG_GAP_M, across_m, standing, stretches, together, top_m
 from hsbench.synth.rooms.shell import Wall
@@ -30,6 +32,8 @@ LEAST_COUNTER_M = 0.3
 DISHWASHER_FROM_M = 0.9  # spare length from which a dishwasher joins the line
 RUN_M = (2.8, 4.2)  # wanted length of a line
 COOK_RUN_M = (1.2, 2.2)  # of the run with the hob, where the line is on two walls
+LEAST_REST_M = 0.5  # a line that would leave less of its wall fills it
+WIDEST_CABINET_M, LEAST_CABINET_M = 1.0, 0.3  # of those on the wall
 BLIND_M = 0.66  # counter in a corner, behind the other run: nothing of it opens
 OPENED_ROLES = ("door", "drawer", "handle")
 KITCHENETTE_M = 1.2  # one counter with sink and hob
@@ -73,6 +77,7 @@ class _Units:
         self.rng = rng
         self._counters: dict[tuple[float, bool, bool], Piece] = {}
         self._cabinets: dict[float, Piece] = {}
+        self._fitted: dict[Piece, tuple[bool, bool]] = {}
         self.fridge, self.hood = ctx.piece("fridge"), ctx.piece("range_hood", fit=0.0)
         self.dishwasher = ctx.piece("dishwasher")
         self.sink = self.counter(draw(rng, SINK_M, ctx.fit), sink=True)
@@ -86,7 +91,8 @@ class _Units:
         key = (round(width_m, 2), sink, hob)
         if key not in self._counters:
             rng = self.ctx.rng("shape-units")  # one stream: all units of a kitchen are painted alike
-            self._counters[key] = Piece("kitchen_counter", kitchen_counter_of(rng, self.ctx.style, *key))
+            piece = Piece("kitchen_counter", kitchen_counter_of(rng, self.ctx.style, *key))
+            self._counters[key], self._fitted[piece] = piece, (sink, hob)
         return self._counters[key]
 
     def cabinet(self, width_m: float) -> Piece:
@@ -126,12 +132,24 @@ class _Units:
         first = min(BETWEEN_M, (whole - UNIT_GAP_M) / 2)
         return [self.counter(_down(first)), before, self.counter(_down(whole - UNIT_GAP_M - first))]
 
+    def joined(self, pieces: Sequence[Piece]) -> list[Piece]:
+        """The same line with neighbouring counters under one worktop, sink and hob in it."""
+        line: list[Piece] = []
+        for fitted, group in groupby(pieces, key=lambda piece: piece in self._fitted):
+            members = list(group)
+            if fitted and len(members) > 1:
+                sink, hob = (any(self._fitted[piece][k] for piece in members) for k in range(2))
+                line.append(self.counter(_down(self.length(members)), sink, hob))
+            else:
+                line += members
+        return line
+
     def laid(self, stretch: Stretch, pieces: Sequence[Piece], from_high: bool) -> list[Item]:
         """Pieces side by side from one end of a stretch; of equal depth, their fronts are in one plane."""
         wall, low, high = stretch
         items = []
         at, way = (high, -1) if from_high else (low, 1)
-        for piece in pieces:
+        for piece in self.joined(pieces):
             width = self.width(piece)
             items.append(Item(piece, at_wall(wall, piece, at + way * width / 2)))
             at += way * (width + UNIT_GAP_M)
@@ -144,10 +162,32 @@ class _Units:
             piece = item.piece
             if piece.category_name == "fridge" or piece is self.blind:
                 continue
-            above = self.hood if piece is self.cook else self.cabinet(_down(piece.width))
-            pose = item.pose.then(0.0, (piece.depth - above.depth) / 2 + WALL_GAP_M - HANG_GAP_M)
-            hung.append(Item(above, pose, optional=above is not self.hood or self.ctx.fit == 0.0))
+            left, right = -piece.width / 2, piece.width / 2
+            hob_x = _hob_x(piece)
+            if hob_x is not None:
+                hung.append(self._above(item, self.hood, hob_x))
+                low, high = hob_x - self.hood.width / 2 - UNIT_GAP_M, hob_x + self.hood.width / 2 + UNIT_GAP_M
+                spans = [(left, low), (high, right)]
+            else:
+                spans = [(left, right)]
+            for x0, x1 in spans:
+                count = max(1, math.ceil((x1 - x0) / WIDEST_CABINET_M))
+                width = (x1 - x0 - UNIT_GAP_M * (count - 1)) / count
+                if width >= LEAST_CABINET_M:
+                    places = (x0 + width / 2 + k * (width + UNIT_GAP_M) for k in range(count))
+                    hung += [self._above(item, self.cabinet(_down(width)), x) for x in places]
         return [*line, *hung]
+
+    def _above(self, item: Item, piece: Piece, x: float) -> Item:
+        """What hangs at the wall over a place along a unit."""
+        pose = item.pose.then(x, (item.piece.depth - piece.depth) / 2 + WALL_GAP_M - HANG_GAP_M)
+        return Item(piece, pose, optional=piece is not self.hood or self.ctx.fit == 0.0)
+
+
+def _hob_x(piece: Piece) -> float | None:
+    """Where along a unit one cooks, None where one does not."""
+    hob = next((p.vertices[:, 0] for p in piece.parts if p.name == "hob"), None)
+    return None if hob is None else float(hob.min() + hob.max()) / 2
 
 
 def _down(width_m: float) -> float:
@@ -160,7 +200,8 @@ def _runs(units: _Units, free: Sequence[Stretch]) -> Iterator[tuple[Wall, list[I
     wish = max(draw(units.rng, RUN_M, units.ctx.fit), units.length([units.fridge, units.sink, units.cook]))
     ends = (True, False) if units.rng.random() < 0.5 else (False, True)
     for stretch in free:
-        line = units.line(min(wish, stretch[2] - stretch[1]))
+        room_m = stretch[2] - stretch[1]
+        line = units.line(room_m if room_m - wish < LEAST_REST_M else wish)
         if line:
             for from_high in ends:
                 yield stretch[0], units.laid(stretch, line, from_high)

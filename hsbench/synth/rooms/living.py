@@ -9,7 +9,7 @@ import numpy as np
 
 from hsbench.synth.furniture.pieces import accent, draw, fabric, pick, shade
 from hsbench.synth.furniture.textiles import rug_of
-from hsbench.synth.rooms.placing import Item, Piece, Pose
+from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.poses import (
     QUARTER,
     WALL_GAP_M,
@@ -65,7 +65,7 @@ def media(ctx: Context, mode: str) -> Iterator[Proposal]:
                     low = ctx.piece("sideboard", "-behind", fit=0.0)
                     y = sofa.depth / 2 + BACKS_GAP_M + low.depth / 2
                     items.append(Item(low, at.then(0.0, y, HALF_TURN), optional=True))
-                yield [Item(stand, pose), television_on(ctx, stand, pose), *items]
+                yield [Item(stand, pose, front_m=view), television_on(ctx, stand, pose), *items]
     if ctx.fit == 0.0:
         yield from _seat_and_table(ctx, sofa, table, gap, rng)
 

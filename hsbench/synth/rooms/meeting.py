@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from hsbench.synth.furniture.pieces import pick
-from hsbench.synth.rooms.dining import chairs_before, chairs_round, cramped
+from hsbench.synth.rooms.dining import chairs_before, chairs_round, cramped, in_middle
+from hsbench.synth.rooms.items import Item, Piece
 from hsbench.synth.rooms.living import television_on
-from hsbench.synth.rooms.placing import Item, Piece
 from hsbench.synth.rooms.poses import QUARTER, WALL_GAP_M, Context, Proposal, along_walls
 from hsbench.synth.rooms.search import HANG_GAP_M, across_m, fits, standing
 from hsbench.synth.rooms.shell import Wall
@@ -40,6 +40,7 @@ def meeting(ctx: Context, mode: str) -> Iterator[Proposal]:
             screen = [television_on(ctx, shown, pose)] if mode == "screen" else []
             yield [Item(shown, pose), *screen, *items]
     if ctx.fit == 0.0:
+        yield from in_middle(ctx, table, chair, rng)
         yield from cramped(ctx, table, chair, rng)
 
 

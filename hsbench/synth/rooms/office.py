@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 
 from hsbench.synth.furniture.pieces import draw, pick
-from hsbench.synth.rooms.placing import Item, Piece, Pose
+from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls, at_wall, in_room, jitter
 from hsbench.synth.rooms.search import HANG_GAP_M, fits, standing, top_m
 

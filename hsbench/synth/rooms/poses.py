@@ -12,7 +12,8 @@ import numpy as np
 from hsbench.geometry.polygons import contains, outline_distance
 from hsbench.synth.furniture import Style, build
 from hsbench.synth.rooms.config import RoomConfig
-from hsbench.synth.rooms.placing import Item, Layout, Piece, Pose
+from hsbench.synth.rooms.items import Item, Piece, Pose
+from hsbench.synth.rooms.placing import Layout
 from hsbench.synth.rooms.shell import Wall
 from hsbench.synth.seeds import Seeds
 

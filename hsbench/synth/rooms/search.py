@@ -10,12 +10,15 @@ import numpy as np
 from hsbench.geometry.convex import span
 from hsbench.schema.scene import Part
 from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, TIGHT_FRONT_M
-from hsbench.synth.rooms.placing import APART_M, Item, Piece, Pose
+from hsbench.synth.rooms.items import Item, Piece, Pose
+from hsbench.synth.rooms.placing import APART_M
 from hsbench.synth.rooms.poses import WALL_GAP_M, Context, Proposal, at_wall
 from hsbench.synth.rooms.shell import Shell, Wall
 from hsbench.typing import BoolArray, FloatArray
 
 HANG_GAP_M = 0.002  # behind what hangs on a wall
+WAY_M = 0.85  # between what stands at a wall and the wall across (our default; a door of .8 m and its casing)
+BEFORE_WAY_M = 1.8  # plants and lamps stand aside from the line through a door up to here
 PROBE_M = 0.1  # width of the probe that looks for free wall
 ALTERNATIVES = 40  # places of one piece that a joint search knows
 PER_FIRST = 3  # joint proposals with the same alternative of the first step
@@ -47,6 +50,23 @@ def across_m(shell: Shell, wall: Wall, along_m: float) -> float:
     crossing = (ua < 0) != (ub < 0)
     v = va[crossing] - ua[crossing] * (vb - va)[crossing] / (ub - ua)[crossing]
     return float(v[v > 1e-6].min())
+
+
+def leaves_way(ctx: Context, wall: Wall, along_m: float, out_m: float) -> bool:
+    """Whether people pass between what reaches so far from a place on a wall and the wall across."""
+    return across_m(ctx.layout.shell, wall, along_m) - out_m >= WAY_M
+
+
+def beside_ways(ctx: Context, pose: Pose, half_m: float) -> bool:
+    """Whether what reaches ``half_m`` to all sides of a pose is not straight before a door or passage."""
+    shell = ctx.layout.shell
+    for hole in (o for o in shell.openings if o.is_way):
+        wall = shell.walls[hole.wall]
+        to = np.array([pose.x, pose.y]) - wall.start
+        aside, out = abs(float(to @ wall.along) - hole.middle_m), float(to @ wall.inward)
+        if aside < hole.width_m / 2 + half_m and out < BEFORE_WAY_M:
+            return False
+    return True
 
 
 def stretches(ctx: Context, category_name: str, depth_m: float, height_m: float) -> list[tuple[Wall, float, float]]:

@@ -13,7 +13,8 @@ from hsbench.schema.scene import Part
 from hsbench.synth.furniture import Style
 from hsbench.synth.furniture.pieces import draw, pick
 from hsbench.synth.rooms.config import RoomConfig
-from hsbench.synth.rooms.placing import Layout, Piece, Pose
+from hsbench.synth.rooms.items import Piece, Pose
+from hsbench.synth.rooms.placing import Layout
 from hsbench.synth.rooms.poses import QUARTER, Context, jitter
 from hsbench.synth.rooms.surfaces import EDGE_M, Carrier, half_size, surfaces
 from hsbench.synth.seeds import Seeds

@@ -13,7 +13,8 @@ import numpy as np
 
 from hsbench.geometry.transforms import apply, cos_sin, invert
 from hsbench.schema.scene import Part
-from hsbench.synth.rooms.placing import Item, Layout, Piece, Pose
+from hsbench.synth.rooms.items import Item, Piece, Pose
+from hsbench.synth.rooms.placing import Layout
 from hsbench.typing import FloatArray
 
 APART_M = 0.01  # sideways, between things on one surface

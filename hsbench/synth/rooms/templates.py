@@ -18,21 +18,41 @@ class Template:
     extras: tuple[str, ...]
     novel: bool = False
 
+    def holds(self, group: str) -> bool:
+        """Whether every room of this template has a group of a name, whatever its mode."""
+        return any(all(option.partition(":")[0] == group for option in names.split("|")) for names in self.core)
+
     @property
     def divided(self) -> bool:
         """Whether a divider stands in the room and hides what is behind it."""
-        return any(group.startswith("divider") for group in self.core)
+        return self.holds("divider")
 
 
-_LIVING = ("bookshelf", "sideboard", "reading", "plant", "floor_lamp", "shelf", "desk:wall", "piano", "stool", "plant")
-_BEDROOM = ("dresser", "reading", "plant", "floor_lamp", "shelf", "desk:wall", "mirror", "bookshelf", "laundry_basket")
-_STUDY = ("sideboard", "reading", "plant", "floor_lamp", "shelf", "bookshelf", "waste_bin", "filing_cabinet", "plant")
-_DINING = ("sideboard", "plant", "floor_lamp", "shelf", "bookshelf", "piano", "reading", "bench", "plant")
-_KITCHEN = ("waste_bin", "plant", "stool")
+# Extras: what needs most floor first, as they get their places in this order.
+_LIVING = (
+    "dining:wall", "piano", "desk:wall", "reading", "storage", "play", "sideboard", "bookshelf", "plant", "shelf",
+    "floor_lamp", "plant",
+)  # fmt: skip
+_BEDROOM = (
+    "desk:wall", "reading", "storage", "dresser", "bookshelf", "plant", "mirror", "shelf", "floor_lamp",
+    "laundry_basket", "rug",
+)  # fmt: skip
+_CHILD = ("play", "desk:wall", "bookshelf", "dresser", "reading", "shelf", "plant")
+_STUDY = (
+    "reading", "storage", "sideboard", "bookshelf", "filing_cabinet", "plant", "shelf", "floor_lamp", "waste_bin",
+    "rug",
+)  # fmt: skip
+_DINING = ("piano", "reading", "storage", "sideboard", "bookshelf", "plant", "bench", "shelf", "floor_lamp", "plant")
+_KITCHEN = ("dining:wall", "sideboard", "waste_bin", "plant", "shelf")
 _BATHROOM = ("washing_machine", "bathroom_cabinet", "laundry_basket", "towel_rail", "waste_bin", "stool", "plant")
-_OFFICE = ("desk:wall", "filing_cabinet", "bookshelf", "whiteboard", "coat_rack", "waste_bin", "plant", "reading")
-_MEETING = ("water_cooler", "sideboard", "plant", "coat_rack", "waste_bin", "plant", "shelf")
-_CORRIDOR = ("coat_rack", "mirror", "bench", "shoe_cabinet")
+_OFFICE = (
+    "desk:wall", "desk:wall", "reading", "storage", "filing_cabinet", "bookshelf", "whiteboard", "coat_rack", "plant",
+    "waste_bin", "plant",
+)  # fmt: skip
+_MEETING = (
+    "sideboard", "storage", "bookshelf", "water_cooler", "coat_rack", "plant", "waste_bin", "plant", "shelf",
+)  # fmt: skip
+_CORRIDOR = ("shoe_cabinet", "coat_rack", "mirror")
 
 TEMPLATES: dict[str, Template] = {
     "living_wall": Template("living", ("media:wall", "bookshelf|sideboard"), _LIVING),
@@ -40,9 +60,12 @@ TEMPLATES: dict[str, Template] = {
     "living_dining": Template("living", ("media:any", "dining:middle|dining:wall", "bookshelf"), _LIVING),
     "living_kitchen": Template("living", ("media:any", "kitchen|kitchen:corner", "dining:wall"), _LIVING),
     "living_divider": Template("living", ("media:wall", "divider", "desk:wall|reading"), _LIVING),
+    "living_bedsit": Template("living", ("bed:alcove", "media:any", "wardrobe", "dining:wall"), _LIVING),
+    "living_studio": Template("living", ("kitchen|kitchen:corner", "bed:alcove", "media:any", "dining:wall",
+                                         "wardrobe"), _LIVING),
     "bedroom_plain": Template("bedroom", ("bed", "wardrobe", "dresser|desk:wall"), _BEDROOM),
     "bedroom_sitting": Template("bedroom", ("bed", "wardrobe", "reading", "dresser"), _BEDROOM),
-    "bedroom_bunk": Template("bedroom", ("bunk", "wardrobe", "desk:wall", "storage_box"), _BEDROOM),
+    "bedroom_bunk": Template("bedroom", ("bunk", "wardrobe", "desk:wall", "play"), _CHILD),
     "bedroom_divider": Template("bedroom", ("bed", "wardrobe", "divider", "desk:wall|reading"), _BEDROOM),
     "study_wall": Template("study", ("desk:wall", "bookshelf", "bookshelf", "reading"), _STUDY),
     "study_free": Template("study", ("desk:free", "bookshelf", "bookshelf", "sofa|reading"), _STUDY),
@@ -68,29 +91,32 @@ TEMPLATES: dict[str, Template] = {
     "meeting_screen": Template("meeting", ("meeting:screen", "sideboard"), _MEETING),
     "meeting_both": Template("meeting", ("meeting:screen", "whiteboard", "plant"), _MEETING),
     "corridor_coats": Template("corridor", ("wardrobe_corner",), _CORRIDOR),
-    "corridor_bench": Template("corridor", ("bench", "coat_rack", "mirror"), _CORRIDOR),
+    "corridor_bench": Template("corridor", ("bench", "mirror", "coat_rack"), _CORRIDOR),
     "corridor_plain": Template("corridor", ("shoe_cabinet|coat_rack",), _CORRIDOR),
-    "living_facing": Template("living", ("facing", "sideboard|bookshelf", "divider"), _LIVING, novel=True),
+    "living_facing": Template("living", ("facing", "sideboard|storage", "reading"), _LIVING, novel=True),
+    "living_facing_bed": Template("living", ("bed:alcove", "facing", "wardrobe"), _LIVING, novel=True),
+    "living_loft": Template("living", ("kitchen:island", "bed:alcove", "facing", "wardrobe"), _LIVING, novel=True),
     "bedroom_island": Template("bedroom", ("bed:island", "wardrobe", "reading"), _BEDROOM, novel=True),
     "study_pair": Template("study", ("desk:pair", "bookshelf", "sofa"), _STUDY, novel=True),
-    "dining_bench": Template("dining", ("dining:bench", "kitchen|sideboard", "divider"), _DINING, novel=True),
+    "dining_bench": Template("dining", ("dining:bench", "sideboard", "storage"), _DINING, novel=True),
+    "dining_bench_kitchen": Template("dining", ("kitchen", "dining:bench", "sideboard"), _DINING, novel=True),
     "kitchen_galley": Template("kitchen", ("kitchen:galley",), _KITCHEN, novel=True),
     "bathroom_double": Template("bathroom", ("bathroom:double", "towel_rail"), _BATHROOM, novel=True),
     "office_rows": Template("office", ("desk:rows", "filing_cabinet", "bookshelf"), _OFFICE, novel=True),
     "meeting_rows": Template("meeting", ("meeting:rows", "plant"), _MEETING, novel=True),
-    "corridor_gallery": Template("corridor", ("bookshelf|shelf", "bench", "plant"), _CORRIDOR, novel=True),
+    "corridor_gallery": Template("corridor", ("bookshelf|shelf", "bench"), _CORRIDOR, novel=True),
 }  # fmt: skip
 
 FILLERS_OF: dict[str, tuple[str, ...]] = {
-    "living": ("plant", "floor_lamp", "shelf", "side_table", "stool"),
-    "bedroom": ("plant", "floor_lamp", "shelf", "stool", "laundry_basket", "night_stand"),
-    "study": ("plant", "floor_lamp", "shelf", "waste_bin", "stool"),
-    "dining": ("plant", "floor_lamp", "shelf", "stool"),
-    "kitchen": ("waste_bin", "stool", "plant"),
-    "bathroom": ("waste_bin", "laundry_basket", "stool", "towel_rail"),
-    "office": ("plant", "waste_bin", "shelf", "coat_rack", "filing_cabinet"),
-    "meeting": ("plant", "waste_bin", "shelf", "coat_rack"),
-    "corridor": ("shelf",),
+    "living": ("plant", "floor_lamp", "shelf", "bookshelf", "sideboard"),
+    "bedroom": ("plant", "floor_lamp", "shelf", "laundry_basket", "dresser"),
+    "study": ("plant", "floor_lamp", "shelf", "waste_bin", "bookshelf"),
+    "dining": ("plant", "floor_lamp", "shelf", "bookshelf"),
+    "kitchen": ("waste_bin", "shelf", "plant"),
+    "bathroom": ("waste_bin", "laundry_basket", "towel_rail", "bathroom_cabinet"),
+    "office": ("plant", "waste_bin", "shelf", "bookshelf", "filing_cabinet"),
+    "meeting": ("plant", "waste_bin", "shelf", "sideboard"),
+    "corridor": ("shelf", "mirror"),
 }
 """Room type -> small groups that bring a sparse room up to its least number of objects."""
 

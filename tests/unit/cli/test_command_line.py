@@ -107,8 +107,8 @@ def test_the_whole_sequence(
         "--out",
         "data/rgbd",
     ]
-    assert "data/rgbd: 2 episodes (2 made now)" in said(capsys, *generate)
-    assert "(0 made now)" in said(capsys, *generate)
+    assert "data/rgbd: 2 scenes (2 episodes made now)" in said(capsys, *generate)
+    assert "(0 episodes made now)" in said(capsys, *generate)
     for unit in Path("data/rgbd/episodes").iterdir():  # the same bytes as through the library
         assert (unit / "manifest.json").read_text() == (rgbd / "episodes" / unit.name / "manifest.json").read_text()
     assert said(capsys, "verify", "data/rgbd") == "data/rgbd: 2 episodes, 0 faults\n"

@@ -18,10 +18,10 @@ from hsbench.errors import DataError
 from hsbench.geometry.convex import box, cylinder, span
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.transforms import planar, rigid
-from hsbench.io.scene_folder import read_occupancy, read_scene
+from hsbench.io.scene_folder import read_affordance, read_occupancy, read_scene
 from hsbench.io.scene_glb import glb_bytes
 from hsbench.schema.scene import Part, Room, Scene, SceneObject
-from hsbench.schema.states import VoxelState
+from hsbench.schema.states import Affordance, VoxelState
 from hsbench.truth.occupancy import solid_occupancy
 from tests.unit.datasets.scene_files import (
     CEILING,
@@ -557,9 +557,10 @@ def test_a_folder_holds_scene_truth_and_source(tmp_path: Path) -> None:
     assert same(read_occupancy(out), truth.occupancy)
     described = json.loads((out / "source.json").read_text())
     assert set(described["files"]) == {"room.gltf", "labels.csv"}
-    assert described["notes"] == list(imported.notes)
+    assert described["notes"] == [*imported.notes, *truth.notes]
     assert {f.name for f in out.iterdir()} == {
-        "scene.json", "scene.npz", "occupancy.json", "occupancy.npz", "walkable.npz", "source.json", "manifest.json",
+        "scene.json", "scene.npz", "occupancy.json", "occupancy.npz", "walkable.npz", "affordance.npz", "source.json",
+        "manifest.json",
     }  # fmt: skip
     with pytest.raises(DataError, match="exists already"):
         import_to_folder(source, None, out)
@@ -577,3 +578,51 @@ def test_what_a_folder_import_refuses(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="--scale -1"):
         import_to_folder(tmp_path / "a.glb", None, tmp_path / "out", scale=-1)
     assert not (tmp_path / "out").exists()
+
+
+# ---------------------------------------------------------------- affordance
+
+
+def test_an_imported_room_has_the_affordance_of_a_generated_one(tmp_path: Path) -> None:
+    """The room of ``room_nodes``: sofas as single meshes of role seat, a table top, a wardrobe; nobody gave a door."""
+    path = write_gltf(tmp_path / "room.gltf", gltf(*room_nodes(YAW)))
+    (tmp_path / "labels.csv").write_text(ROOM_LABELS)
+    with pytest.warns(UserWarning, match="open pieces"):
+        imported, truth = import_to_folder(path, tmp_path / "labels.csv", tmp_path / "scene")
+    source = json.loads((tmp_path / "scene" / "source.json").read_text())
+    assert "no node is a door: people are taken to be on the largest piece of free floor" in source["notes"]
+    found = read_affordance(tmp_path / "scene")
+    assert np.array_equal(found.labels, truth.affordance.labels)
+    assert found.parts is not None
+    assert found.voxels is not None
+    objects = {kind: set(found.parts.object_id[found.parts.labels >> kind & 1 == 1].tolist()) for kind in Affordance}
+    ids = {
+        name: {item.object_id for item in by_name(imported.scene, name)}
+        for name in ("sofa", "dining_table", "wardrobe")
+    }
+    assert objects[Affordance.SITTABLE] == objects[Affordance.LYABLE] == ids["sofa"]
+    assert objects[Affordance.INTERACTABLE] == ids["dining_table"] | ids["wardrobe"]
+    seats = (found.labels >> Affordance.SITTABLE & 1).sum() * found.cell_m**2
+    assert seats == pytest.approx(2 * 1.8 * 0.6, rel=0.05)
+    half = len(found.labels) // 2
+    for sofa in by_name(imported.scene, "sofa"):  # row 0 is the largest x, column 0 the largest y
+        x, y = sofa.box[:2] + sofa.scene_T_object[:2, 1] * -0.2
+        assert (
+            found.labels[half - 1 - int(x // found.cell_m), half - 1 - int(y // found.cell_m)] >> Affordance.SITTABLE
+            & 1
+        )
+
+
+def test_objects_without_roles_get_the_chief_one_of_their_category_and_it_is_said(tmp_path: Path) -> None:
+    nodes = (FLOOR_NODE, node("S", y_up(solids(*SOFA))), node("L", y_up(of(WARDROBE))))
+    imported = imported_from(tmp_path, *nodes, text=FLOOR_ROW + "S,sofa,,\nL,floor_lamp,,\n")
+    assert [p.role for p in by_name(imported.scene, "sofa")[0].parts] == ["seat"]
+    assert [p.role for p in by_name(imported.scene, "floor_lamp")[0].parts] == [None]  # a lamp is no switch
+    assert "objects none of whose parts has a role are used as their category is: sofa as seat" in imported.notes
+
+
+@pytest.mark.parametrize(("metres", "told"), [(2.5, False), (8.2, True), (1.5, True)])
+def test_a_height_in_feet_is_told(tmp_path: Path, metres: float, told: bool) -> None:
+    wall = node("W", y_up(of(span((0, 3, 0), (4, 3.1, metres)))))
+    imported = imported_from(tmp_path, FLOOR_NODE, wall, text=FLOOR_ROW + "W,wall,,\n")
+    assert any("unusual for a room" in note for note in imported.notes) == told

@@ -15,7 +15,7 @@ import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hsbench.datasets.importers import scene_source
+from hsbench.datasets.importers import scene_obj, scene_source
 from hsbench.datasets.importers.scene_gltf import read_gltf
 from hsbench.datasets.importers.scene_labels import nearest_names, read_labels
 from hsbench.datasets.importers.scene_obj import read_obj
@@ -256,8 +256,9 @@ def test_limits_are_stated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     other.write_text(obj({"box": BOX}))
     with pytest.raises(DataError, match="12 triangles; expected at most 11"):
         read_obj(other, tmp_path)
-    with pytest.raises(DataError, match=r"more than 100 bytes; expected at most that"):
-        scene_source.read_limited(path, 100)
+    monkeypatch.setattr(scene_obj, "MAX_FILE_BYTES", 100)
+    with pytest.raises(DataError, match=r"more than 100 bytes; expected at most that \(split it"):
+        read_obj(other, tmp_path)
 
 
 def test_one_mesh_shared_by_many_nodes_counts_for_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -65,6 +65,14 @@ def test_pinhole_unproject_has_the_given_depth(camera: PinholeCamera, seed: int)
     assert np.allclose(pixels, pixel_centres(camera.width_px, camera.height_px), rtol=0, atol=1e-9)
 
 
+def test_a_scaled_camera_sees_the_same_in_more_pixels() -> None:
+    camera = PinholeCamera(64, 48, 50.0, 51.0, 31.0, 25.0)
+    points = np.random.default_rng(0).uniform((-1, -1, 1), (1, 1, 3), (20, 3))
+    assert np.allclose(camera.scaled(3).project(points)[0], 3 * camera.project(points)[0])
+    assert (camera.scaled(3).width_px, camera.scaled(3).height_px) == (192, 144)
+    assert camera.scaled(1 / 10).width_px == 6
+
+
 def test_missing_depth_unprojects_to_the_camera() -> None:
     camera = PinholeCamera(3, 2, 2.0, 2.0, 1.5, 1.0)
     assert not camera.unproject(np.zeros((2, 3), dtype=np.float32)).any()

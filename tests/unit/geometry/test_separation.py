@@ -10,7 +10,14 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from hsbench.geometry.convex import ConvexSolid, box, cylinder, frustum, regular_outline, span
-from hsbench.geometry.separation import penetrating_pairs, penetration_m
+from hsbench.geometry.separation import (
+    joined,
+    pack_shapes,
+    pack_triangles,
+    parting_depth,
+    penetrating_pairs,
+    penetration_m,
+)
 from hsbench.geometry.transforms import rigid
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -86,3 +93,23 @@ def test_nothing_to_compare() -> None:
     pairs, depth = penetrating_pairs([], np.empty(0, dtype=np.int64), 0.01)
     assert pairs.shape == (0, 2)
     assert depth.shape == (0,)
+
+
+@given(SEEDS)
+@settings(max_examples=100, deadline=None)
+def test_a_triangle_is_a_solid_without_thickness(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    solid, corners = drawn(rng), rng.uniform(-0.8, 0.8, (1, 3, 3))
+    p = joined([pack_shapes([solid]), pack_triangles(corners)])
+    hull = ConvexHull((solid.vertices[:, None] - corners[0][None]).reshape(-1, 3))
+    expected = max(0.0, float((-hull.equations[:, 3]).min()))
+    found = max(0.0, parting_depth(p.planes, p.corners, p.edges, p.start, 0, 1, 0.0))
+    assert found == pytest.approx(expected, abs=1e-9)
+    assert found == pytest.approx(max(0.0, parting_depth(p.planes, p.corners, p.edges, p.start, 1, 0, 0.0)), abs=1e-12)
+
+
+def test_packs_are_joined_as_if_packed_at_once() -> None:
+    solids = [box((1, 2, 3)), cylinder(0.3, 0.0, 1.0), span((0, 0, 0), (1, 1, 1))]
+    once, twice = pack_shapes(solids), joined([pack_shapes(solids[:1]), pack_shapes([]), pack_shapes(solids[1:])])
+    for name in ("planes", "corners", "edges", "start", "bounds"):
+        assert np.array_equal(getattr(once, name), getattr(twice, name)), name

@@ -10,7 +10,7 @@ from hsbench.geometry.cameras import PinholeCamera, world_T_camera
 from hsbench.geometry.convex import box
 from hsbench.geometry.rays import cast, pack_solids
 from hsbench.geometry.transforms import apply, planar, rigid
-from hsbench.geometry.triangle_rays import depth_image, nearest, triangle_tree
+from hsbench.geometry.triangle_rays import depth_image, is_cut, nearest, triangle_tree
 from tests.unit.geometry.meshes import joined, of, torus, turned
 
 CAMERA = PinholeCamera(48, 36, 40.0, 42.0, 23.7, 18.2)
@@ -107,3 +107,21 @@ def test_a_sheet_is_seen_from_both_sides() -> None:
             assert nearest(tree, np.array([origin]), np.array([direction]), 0.0)[0] == 0.5
     moved = triangle_tree(apply(planar(2, 0, 0.3), vertices), np.array([[0, 1, 2]], np.int32))
     assert np.isfinite(depth_image(moved, CAMERA, world_T_camera(0.0, 0.0))).any()
+
+
+def test_a_segment_is_cut_where_its_ray_hits_between_the_ends() -> None:
+    rng = np.random.default_rng(3)
+    tree = triangle_tree(*torus())
+    origins, ends = rng.uniform(-0.5, 0.5, (2, 400, 3))
+    share = nearest(tree, origins, ends - origins, 0.0)
+    cut = np.array([is_cut(tree, a, b) for a, b in zip(origins, ends, strict=True)])
+    assert np.array_equal(cut, share < 1.0)
+    assert 0.2 < cut.mean() < 0.9
+
+
+def test_nothing_is_hit_beyond_the_end_that_is_asked_for() -> None:
+    rng = np.random.default_rng(4)
+    tree = triangle_tree(*torus())
+    origins, directions = rng.uniform(-0.5, 0.5, (2, 300, 3))
+    every = nearest(tree, origins, directions, 0.0)
+    assert np.array_equal(nearest(tree, origins, directions, 0.0, end=0.7), np.where(every < 0.7, every, np.inf))

@@ -13,8 +13,8 @@ from hsbench.io.depth_noise import KINECT, PRESETS, add_noise, noise_rng, preset
 WALL = (480, 640)
 
 
-def read(depth_m: np.ndarray, frame: int = 0, seed: int = 0, episode: str = "ep") -> np.ndarray:
-    return add_noise(depth_m, KINECT, noise_rng(seed, episode, frame))
+def read(depth_m: np.ndarray, frame: int = 0, seed: int = 0) -> np.ndarray:
+    return add_noise(depth_m, KINECT, noise_rng(seed, frame))
 
 
 def test_presets_by_name() -> None:
@@ -27,22 +27,19 @@ def test_presets_by_name() -> None:
 
 def test_no_noise_hands_out_what_it_got() -> None:
     clean = np.random.default_rng(0).uniform(0, 9, (30, 40)).astype(np.float32)
-    assert np.array_equal(add_noise(clean, None, noise_rng(0, "ep", 0)), clean)
+    assert np.array_equal(add_noise(clean, None, noise_rng(0, 0)), clean)
 
 
-def test_same_seed_episode_and_frame_same_values_and_any_other_differ() -> None:
+def test_same_seed_and_frame_same_values_and_any_other_differ() -> None:
     wall = np.full((60, 80), 2.0, dtype=np.float32)
-    images = {
-        key: add_noise(wall, KINECT, noise_rng(*key)) for key in itertools.product((0, 1), ("ep-1", "ep-10"), (0, 10))
-    }
+    images = {key: add_noise(wall, KINECT, noise_rng(*key)) for key in itertools.product((0, 1, 11), (0, 1, 10))}
     for key, image in images.items():
         assert np.array_equal(image, add_noise(wall, KINECT, noise_rng(*key)))
     for a, b in itertools.combinations(images.values(), 2):
         assert np.mean(a == b) < 0.3
         assert abs(np.corrcoef(a.ravel(), b.ravel())[0, 1]) < 0.06  # four standard errors
     # the parts of the key do not run into each other
-    for one, other in (((1, "1", 0), (11, "", 0)), ((0, "ep-1", 10), (0, "ep-11", 0))):
-        assert not np.array_equal(*(add_noise(wall, KINECT, noise_rng(*key)) for key in (one, other)))
+    assert not np.array_equal(*(add_noise(wall, KINECT, noise_rng(*key)) for key in ((1, 11), (11, 1))))
 
 
 @pytest.mark.parametrize("distance_m", [1.0, 2.0, 4.0])
@@ -61,7 +58,7 @@ def test_lateral_shift_has_the_standard_deviation_it_names() -> None:
     step = 0.004
     ramp = np.broadcast_to(2.0 + step * np.arange(640), WALL)
     quiet = type(KINECT)(0.0, 0.0, 0.0, 0.8, 0.5, 8.0, 10.0, 0.0)
-    shift = (add_noise(ramp, quiet, noise_rng(0, "ep", 0)) - ramp)[:, 20:-20] / step
+    shift = (add_noise(ramp, quiet, noise_rng(0, 0)) - ramp)[:, 20:-20] / step
     assert np.abs(shift - np.rint(shift)).max() < 0.2  # whole pixels
     # a rounded normal gains a twelfth
     assert np.std(np.rint(shift)) == pytest.approx(np.sqrt(0.8**2 + 1 / 12), rel=0.02)

@@ -73,7 +73,7 @@ def same(a: Picture, b: Picture) -> bool:
 
 def film(background: Picture, made: list[Patch], preset: str = "none", has_depth: bool = True) -> Film:
     stamps = np.array([p.timestamp_ns for p in made], dtype=np.int64)
-    return Film(background, stamps, lambda index: made[index], "ep-0", 5, preset, has_depth)
+    return Film(background, stamps, lambda index: made[index], 5, preset, has_depth)
 
 
 @pytest.fixture
@@ -132,7 +132,7 @@ def test_what_is_filmed_is_what_is_read(tmp_path: Path, preset: str, has_depth: 
     background, made = picture(rng, 20, 24), patches(rng, 20, 24, 4)
     write_recording(tmp_path, background, made)
     filmed = film(background, made, preset, has_depth)
-    read = RecordingFrames(Recording(tmp_path), "ep-0", 5, preset, has_depth)
+    read = RecordingFrames(Recording(tmp_path), 5, preset, has_depth)
     truth = RecordingTruth(Recording(tmp_path), np.arange(65536) % 251)
     assert isinstance(read, Frames)
     assert isinstance(filmed, Frames)
@@ -160,7 +160,7 @@ def test_what_is_filmed_is_what_is_read(tmp_path: Path, preset: str, has_depth: 
 
 def test_a_recording_travels_to_another_process(recorded: tuple[Recording, Film, list[Patch]]) -> None:
     recording, _, _ = recorded
-    frames = RecordingFrames(recording, "ep-0", 5, "kinect")
+    frames = RecordingFrames(recording, 5, "kinect")
     here = [frames[k] for k in range(len(frames))]  # opened before it is sent
     sent = pickle.dumps(frames)
     assert len(sent) < 1000  # the path, never the pictures

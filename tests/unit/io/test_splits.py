@@ -15,7 +15,11 @@ from hsbench.io.resources import KINDS, resource
 from hsbench.io.splits import SPLITS, read_splits
 
 FILES = sorted(resource("splits").glob("*/*.json"))
-TASKS_V0 = {"rgbd-activity": (200, 40, 30, 30)}  # train, val, test-seen, test-novel
+TASKS_V0 = {  # scenes of train, val, test-seen, test-novel
+    "rgbd-activity": (200, 40, 30, 30),
+    "activity-maps": (400, 25, 25, 25),  # of 20 samples each: 8000, 500, 500, 500
+    "pairs": (0, 0, 40, 0),  # for a test of leaks, not to train on
+}
 
 
 def test_there_are_some() -> None:
@@ -30,7 +34,7 @@ def test_sizes_are_those_of_the_specification_and_nested(path: Path) -> None:
     counts = {size: [len(splits.numbers(size, name)) for name in SPLITS] for size in splits.scenes}
     assert counts["full"] == list(TASKS_V0[splits.dataset])
     assert counts["small"] == [n // 10 for n in counts["full"]]
-    assert counts["mini"] == [2, 2, 1, 1]
+    assert counts["mini"] == [min(most, n) for most, n in zip((2, 2, 1, 1), counts["full"], strict=True)]
     chosen = {size: splits.numbers(size) for size in splits.scenes}
     assert set(chosen["mini"]) < set(chosen["small"]) < set(chosen["full"])
     for size, units in chosen.items():

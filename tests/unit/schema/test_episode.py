@@ -12,6 +12,7 @@ from episode_builders import (
     SENSORS,
     affordance,
     events,
+    motions,
     object_truth,
     occupancy,
     poses,
@@ -29,7 +30,7 @@ from hsbench.schema.episode import NS_PER_S, FrameList
 
 END_NS = 900_000_000
 STAMPS = np.array([0, 200_000_000, 900_000_000], dtype=np.int64)
-TRUTH = EpisodeTruth(scene(), true_poses(), events(), occupancy(), object_truth(), affordance())
+TRUTH = EpisodeTruth(scene(), true_poses(), events(), occupancy(), object_truth(), affordance(), motions())
 
 
 def pictures(height: int, width: int, depth: bool) -> FrameList:
@@ -207,7 +208,7 @@ def film() -> Film:
         )
         return Patch(int(STAMPS[index]), 3 * index, 2 + index, mask, picture)
 
-    return Film(background, STAMPS, patch, "r-1", 77, "kinect")
+    return Film(background, STAMPS, patch, 77, "kinect")
 
 
 def test_a_recording_comes_back_with_its_noise_and_its_truth(tmp_path: Path) -> None:

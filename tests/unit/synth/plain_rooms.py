@@ -16,7 +16,8 @@ from hsbench.synth.furniture.fittings import FRONT_M
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.furnish import FITS
 from hsbench.synth.rooms.groups import GROUPS
-from hsbench.synth.rooms.placing import Item, Layout
+from hsbench.synth.rooms.items import Item
+from hsbench.synth.rooms.placing import Layout
 from hsbench.synth.rooms.poses import Context
 from hsbench.synth.rooms.shell import Opening, Shell, walls_of
 from hsbench.synth.seeds import Seeds
@@ -25,7 +26,7 @@ TOUCH_M = 1e-3
 CONFIG = RoomConfig(walkable_share=0.1)  # a bathroom of 3.2 m2 has less free floor than the share asked elsewhere
 HEIGHT_M = 2.6
 LEAST_M = {
-    "bathroom": (1.6, 2.0), "corridor": (1.1, 3.0), "kitchen": (1.9, 2.4), "bedroom": (2.6, 3.0), "office": (2.4, 3.0),
+    "bathroom": (1.6, 2.0), "corridor": (1.4, 3.0), "kitchen": (1.9, 2.4), "bedroom": (2.6, 3.0), "office": (2.4, 3.0),
     "meeting": (2.8, 3.4), "living": (3.2, 3.4), "study": (2.4, 3.0), "dining": (2.6, 3.0),
 }  # fmt: skip
 LARGE_M = {kind: (2.2, 6.0) if kind == "corridor" else (4.6, 5.6) for kind in LEAST_M}
@@ -154,15 +155,26 @@ def check_kitchen(name: str, layout: Layout) -> None:
         assert abs(worktop_m(a) - worktop_m(b)) <= 0.02, f"{name}: tops {worktop_m(a)}, {worktop_m(b)} are not level"
         aside = np.linalg.norm(place(b) - place(a)) - (a.piece.width + b.piece.width) / 2
         assert 0.004 <= aside <= 0.11 or aside > 0.4, f"{name}: a slit of {aside:.3f} m"
-    cooking = [i for i in base if i.piece.category_name == "stove" or any(p.name == "hob" for p in i.piece.parts)]
     for hood in of(layout, "range_hood"):
-        (below,) = [i for i in cooking if np.abs(in_frame_of(i, np.array([[*place(hood), 0.0]]))[0, 0]) < 0.35
-                    and np.linalg.norm(place(i) - place(hood)) < 0.4]  # fmt: skip
+        (below,) = [i for i in base if hob_x(i) is not None and under(i, hood)]
+        assert in_frame_of(below, np.array([[*place(hood), 0.0]]))[0, 0] == pytest.approx(hob_x(below), abs=1e-3)
         assert hood.z_range[0] - worktop_m(below) >= 0.55, f"{name}: a hood hangs low"
     for cabinet in of(layout, "wall_cabinet"):
-        below = [i for i in base if np.linalg.norm(place(i) - place(cabinet)) < 0.3]
+        below = [i for i in base if under(i, cabinet)]
         assert below, f"{name}: a wall cabinet hangs over nothing"
         assert cabinet.z_range[0] - worktop_m(below[0]) >= 0.4, f"{name}: a wall cabinet hangs low"
+
+
+def under(unit: Item, hung: Item) -> bool:
+    """Whether the middle of something on a wall is over a unit."""
+    local = in_frame_of(unit, np.array([[*place(hung), 0.0]]))[0, :2]
+    return bool((np.abs(local) < np.array([unit.piece.width, unit.piece.depth]) / 2).all())
+
+
+def hob_x(unit: Item) -> float | None:
+    """Where along a unit one cooks."""
+    hobs = [p.vertices[:, 0] for p in unit.piece.parts if p.name == "hob"]
+    return float(hobs[0].min() + hobs[0].max()) / 2 if hobs else None
 
 
 def front_m(item: Item) -> float:

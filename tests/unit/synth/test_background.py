@@ -17,11 +17,12 @@ from hsbench.geometry.transforms import apply, invert, planar
 from hsbench.io.frame_store import Picture
 from hsbench.io.images import depth_to_mm
 from hsbench.schema import KINECT_V2, PoseTable, Scene, SceneObject, Sensor
-from hsbench.synth.film import Filming, room_lighting, scene_meshes
-from hsbench.synth.render import Lighting, Renderer, open_renderer, surfaces
+from hsbench.synth.film import Filming, room_lighting
+from hsbench.synth.render import Lighting, Renderer, Window, open_renderer, surfaces
 from hsbench.synth.render.background import background_rgb
 from hsbench.synth.render.materials import material
 from hsbench.synth.render.textures import texture
+from hsbench.synth.scene_meshes import scene_meshes
 from hsbench.typing import FloatArray, UInt8Array, UInt16Array
 
 SCENE = scene(wardrobe(), table())
@@ -115,6 +116,15 @@ def test_ids_and_depth_are_those_of_the_plain_scene(renderer: Renderer) -> None:
     plain = renderer.render(meshes, CAMERA, sensor.world_T_camera, Lighting(1.0))
     assert np.array_equal(found.instance, plain.ids)
     assert np.array_equal(found.depth_mm, depth_to_mm(plain.depth_m))
+
+
+@pytest.mark.parametrize(
+    "window", [Window(0, 0, 1, 1), Window(37, 41, 60, 33), Window(150, 90, 10, 30), Window(70, 0, 3, 120)]
+)
+def test_a_window_is_that_part_of_the_full_picture(renderer: Renderer, window: Window) -> None:
+    ids = ids_of(SCENE, renderer)
+    part_of = picture(SCENE, renderer)[window.v0 : window.v0 + window.height, window.u0 : window.u0 + window.width]
+    assert np.array_equal(background_rgb(SCENE, ids, renderer, CAMERA, POSE, window), part_of)
 
 
 def test_both_back_ends_give_the_same_picture() -> None:

@@ -11,7 +11,8 @@ from plain_rooms import CONFIG, check_bodies, check_kitchen, context, in_frame_o
 from hsbench.schema.categories import category
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.furnish import DEFINING, furnish
-from hsbench.synth.rooms.placing import Item, Layout
+from hsbench.synth.rooms.items import Item
+from hsbench.synth.rooms.placing import Layout
 from hsbench.synth.rooms.supports import SUITED
 from hsbench.synth.rooms.templates import TEMPLATES
 from hsbench.synth.seeds import Seeds
@@ -92,6 +93,24 @@ def test_small_things_and_pictures_are_common() -> None:
     assert np.mean([len(of(r, "picture", "wall_clock")) for r in dry]) >= 0.7
     assert any(of(r, "cushion") for r in rooms)
     assert any(of(r, "curtain") for r in rooms)
+
+
+def test_no_two_pictures_of_a_room_are_alike() -> None:
+    for name in TEMPLATES:
+        pieces = [
+            tuple(p.vertices.tobytes() + bytes(p.colour) for p in i.piece.parts) for i in of(furnished(name), "picture")
+        ]
+        assert len(set(pieces)) == len(pieces), name
+
+
+def test_lamps_suit_the_room() -> None:
+    """Arms with bulbs hang where people live and eat, and only flat lamps in bathrooms, offices and corridors."""
+    for name, template in TEMPLATES.items():
+        named = {p.name for lamp in of(furnished(name), "ceiling_lamp") for p in lamp.piece.parts}
+        if template.room_type not in ("living", "dining", "bedroom"):
+            assert not any(part.startswith("arm") for part in named), name
+        if template.room_type in ("bathroom", "office", "corridor"):
+            assert "cable" not in named, name
 
 
 def test_pictures_hang_at_eye_height_or_above_low_furniture() -> None:

@@ -14,12 +14,13 @@ from hsbench.io.frame_store import Film, Picture
 from hsbench.io.images import depth_to_mm
 from hsbench.schema import KINECT_V2, Part, PoseTable, Room, Scene, SceneObject, Sensor
 from hsbench.schema.scene import PERSON_ID_OFFSET
-from hsbench.synth.film import DIMMED, Filming, displayed, room_lighting, scene_meshes
+from hsbench.synth.film import DIMMED, Filming, displayed, room_lighting
 from hsbench.synth.people import Body, body_mesh
 from hsbench.synth.people.channels import pose, standing
 from hsbench.synth.render import Mesh, Renderer, Window, open_renderer
 from hsbench.synth.render.contact import REACH_M, light_left
 from hsbench.synth.render.tone import encode_srgb, toned
+from hsbench.synth.scene_meshes import scene_meshes
 
 CAMERA = PinholeCamera(80, 60, 60.0, 60.0, 40.0, 30.0)
 SENSOR = Sensor("rgbd", CAMERA, 1.6, 0.25)
@@ -103,9 +104,7 @@ def full_render(renderer: Renderer, room: Scene, stamp: int) -> Picture:
 
 def film_of(filming: Filming, stamps: list[int]) -> Film:
     background = filming.background()
-    return Film(
-        background, np.array(stamps, dtype=np.int64), lambda i: filming.patch(background, stamps[i]), "e", 0, "none"
-    )
+    return Film(background, np.array(stamps, dtype=np.int64), lambda i: filming.patch(background, stamps[i]), 0, "none")
 
 
 @pytest.mark.parametrize("stamp", range(len(PLACES)))

@@ -146,7 +146,7 @@ def test_a_kill_costs_the_unit_under_way_and_no_byte_differs_afterwards(
     with pytest.raises(DataError, match="was its generation stopped"):
         load(out)
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    assert "2 episodes (1 made now)" in done.stdout
+    assert "2 scenes (1 episodes made now)" in done.stdout
     assert verify_files(out) == []
     assert unit_manifests(out) == {n: m for n, m in unit_manifests(rgbd).items() if n in (first, second)}
     unbroken = make(recipe, tmp_path / "unbroken", UNITS[:2])

@@ -19,6 +19,7 @@ from plain_rooms import (
     check_bodies,
     check_kitchen,
     context,
+    corners_of,
     depth,
     forward,
     in_frame_of,
@@ -32,8 +33,9 @@ from hsbench.schema.categories import CATEGORIES
 from hsbench.schema.scene import Part
 from hsbench.synth.rooms.clearance import CLEAR_FRONT_M
 from hsbench.synth.rooms.groups import GROUPS
-from hsbench.synth.rooms.placing import APART_M, Item, Layout, Piece, Pose
-from hsbench.synth.rooms.search import across_m, stretches, together
+from hsbench.synth.rooms.items import Item, Piece, Pose
+from hsbench.synth.rooms.placing import APART_M, Layout
+from hsbench.synth.rooms.search import across_m, beside_ways, leaves_way, stretches, together
 from hsbench.synth.rooms.shell import Shell
 from hsbench.synth.rooms.supports import SUITED
 from hsbench.synth.rooms.templates import FILLERS_OF, TEMPLATES
@@ -199,21 +201,78 @@ def test_large_rooms_get_what_a_mode_promises() -> None:
 
 
 def test_dividers_stand_at_a_wall_with_one_side_and_split_the_room() -> None:
-    for mode, seed in itertools.product(("row", "backs", "low"), QUICK_SEEDS):
+    for seed in QUICK_SEEDS:
         layout = Layout(plain_shell("living", True, seed), [], CONFIG)
-        assert layout.place(GROUPS["divider"](context(layout, seed), mode))
-        check_bodies(mode, layout)
-        shelves = of(layout, "bookshelf", "sideboard")
+        assert layout.place(GROUPS["divider"](context(layout, seed), ""))
+        check_bodies(f"seed {seed}", layout)
+        shelves = of(layout, "bookshelf")
+        assert len(shelves) == 2
         at_wall = min(
             float(np.minimum(i.corners, np.array(layout.shell.size_m[:2]) - i.corners).min()) for i in shelves
         )
         assert at_wall <= 0.031
         for item in shelves:
             to_walls = np.sort(np.minimum(place(item), np.array(layout.shell.size_m[:2]) - place(item)))
-            assert to_walls[1] >= 1.2, "it stands where a part of the room is on either side"
+            assert to_walls[1] >= 1.4, "it stands where a part of the room is on either side"
+
+
+def test_a_wall_of_storage_has_its_backs_in_one_plane() -> None:
+    for seed in MORE_SEEDS:
+        layout = arranged("living", "storage", True, seed)
+        row = of(layout, "bookshelf", "sideboard")
+        assert len(row) >= 2
+        backs = [float(forward(i) @ (place(i) - forward(i) * i.piece.depth / 2)) for i in row]
+        assert np.ptp(backs) <= 1e-3
+        aside = np.sort([in_frame_of(row[0], np.array([[*place(i), 0.0]]))[0, 0] for i in row])
+        widths = np.array([i.piece.width for i in row])
+        assert np.diff(aside).sum() + (widths[0] + widths[-1]) / 2 == pytest.approx(
+            widths.sum() + 0.01 * (len(row) - 1), abs=2e-3
+        )
+
+
+def test_a_corner_to_play_in_has_its_seat_on_the_rug() -> None:
+    for seed in MORE_SEEDS:
+        layout = arranged("bedroom", "play", True, seed)
+        (cloth,), (seat,) = of(layout, "rug"), of(layout, "ottoman")
+        assert len(of(layout, "storage_box")) == 2
+        feet = in_frame_of(cloth, corners_of(seat))[:, :2]
+        assert (np.abs(feet) <= np.array([cloth.piece.width, cloth.piece.depth]) / 2).all()
+        check_bodies(f"play, seed {seed}", layout)
+
+
+def test_before_a_television_nothing_of_other_groups_stands() -> None:
+    for seed in MORE_SEEDS:
+        layout = arranged("living", "media:wall", True, seed)
+        for stand in of(layout, "tv_stand"):
+            (sofa,) = of(layout, "sofa")
+            between = (place(stand) + place(sofa)) / 2
+            box = Piece("storage_box", (Part("box", (0, 0, 0), None, span((-0.1, -0.1, 0.0), (0.1, 0.1, 1.5))),))
+            assert stand.zone is not None
+            assert not layout.free_of(Item(box, Pose(*between.tolist())), ())
+            assert np.ptp(stand.zone @ forward(stand)) == pytest.approx(
+                np.linalg.norm(place(stand) - place(sofa)) - (stand.piece.depth + sofa.piece.depth) / 2, abs=2e-3
+            )
 
 
 # What groups ask of a room
+
+
+def test_what_stands_aside_of_a_door_is_not_on_the_line_through_it() -> None:
+    layout = Layout(plain_shell("living", True, 0), [], CONFIG)
+    (door,) = [o for o in layout.shell.openings if o.is_way]
+    wall, ctx = layout.shell.walls[door.wall], context(layout, 0)
+    for aside, out, free in ((0.0, 1.0, False), (0.0, 2.5, True), (0.7, 1.0, True), (-0.5, 1.0, False)):
+        x, y = wall.place(door.middle_m + aside, out)
+        assert beside_ways(ctx, Pose(x, y), 0.1) == free, (aside, out)
+
+
+def test_a_way_is_left_before_what_stands_at_a_wall() -> None:
+    layout = Layout(plain_shell("corridor", False, 0), [], CONFIG)
+    ctx = context(layout, 0)
+    for wall in layout.shell.walls:
+        across = across_m(layout.shell, wall, wall.length_m / 2)
+        assert leaves_way(ctx, wall, wall.length_m / 2, across - 0.86)
+        assert not leaves_way(ctx, wall, wall.length_m / 2, across - 0.84)
 
 
 def test_the_free_depth_before_a_wall_is_that_of_the_outline() -> None:

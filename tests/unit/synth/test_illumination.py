@@ -14,10 +14,11 @@ from lit_room import HEIGHT_M, HERE, THERE, scene, table, wardrobe
 
 from hsbench.geometry.rays import pack_solids, segments_blocked
 from hsbench.schema import Room
+from hsbench.synth.render import sources as sources_module
 from hsbench.synth.render.filtering import LightGrid, smoothed
 from hsbench.synth.render.illumination import Illumination, Points, _hemisphere, _spots
 from hsbench.synth.render.shading import lambert
-from hsbench.synth.render.sources import Sources, person_lighting, sources_of
+from hsbench.synth.render.sources import ALBEDO, Sources, person_lighting, sources_of
 from hsbench.synth.render.surfaces import surfaces_of
 
 SCENE = scene(wardrobe(), table())
@@ -158,6 +159,34 @@ def test_exposure_follows_the_light_of_the_room() -> None:
     brighter = replace(sources, ambient=sources.ambient * [[2.0], [1.0]])
     assert exposed(brighter, (1, 1)) == pytest.approx(exposed(sources, (1, 1)) / 2)
     assert exposed(brighter, (5, 1)) == exposed(sources, (5, 1))
+
+
+def test_what_the_sun_meets_lights_the_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its flux through the window bounces twice and on and on: once to leave the patch, then as all light does."""
+    monkeypatch.setattr(sources_module, "SUNNY_SHARE", 1.0)
+    sunny = sources_of(SCENE)
+    monkeypatch.setattr(sources_module, "SUNNY_SHARE", 0.0)
+    dull = sources_of(SCENE)
+    pane = sunny.windows[0]
+    flux = 1.6 * 1.2 * -float(pane.normal @ sunny.sun_towards) * sunny.sun
+    surface_m2 = 2 * 4.0 * 3.6 + HEIGHT_M * 2 * (4.0 + 3.6)
+    assert (flux > 0).all()
+    assert sunny.ambient[0] - dull.ambient[0] == pytest.approx(flux / surface_m2 * ALBEDO**2 / (1 - ALBEDO))
+    assert np.array_equal(sunny.ambient[1], dull.ambient[1])
+    assert sunny.exposure(np.array([1.0, 1.0])) < dull.exposure(np.array([1.0, 1.0]))
+
+
+@pytest.mark.parametrize("scattered", [0.0, 0.5])
+def test_scattering_keeps_the_mean_light_on_people(monkeypatch: pytest.MonkeyPatch, scattered: float) -> None:
+    """Over all directions of a face, at the hips below the lamp."""
+    sources, camera = LIT.sources, np.array([1.0, 1.0])
+    x, y, _ = sources.lamps[0].centre
+    normals = np.random.default_rng(0).normal(size=(20_000, 3))
+    normals = np.concatenate([normals, -normals]) / np.tile(np.linalg.norm(normals, axis=1), 2)[:, None]
+    here = np.tile([x, y, 1.0], (len(normals), 1))
+    expected = lambert(here, normals, person_lighting(sources, camera)).mean()
+    monkeypatch.setattr(sources_module, "SCATTERED", scattered)
+    assert lambert(here, normals, person_lighting(sources, camera)).mean() == pytest.approx(expected, rel=0.01)
 
 
 def test_people_are_lit_like_the_room() -> None:

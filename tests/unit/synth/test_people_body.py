@@ -10,6 +10,7 @@ from hsbench.synth.people import Body, body_mesh, capsules
 from hsbench.synth.people.body import CAPSULE_JOINTS, STATURE_RANGE_M, STATURE_SPREAD_M, J
 from hsbench.synth.people.channels import pose, standing
 from hsbench.synth.people.shapes import SHAPE_OF
+from hsbench.synth.people.style import LEFT_HANDED, RANGES
 from hsbench.synth.people.wardrobe import HAIR_STYLES, LEGS, OUTFITS, SLEEVES
 
 
@@ -46,6 +47,16 @@ def test_samples_have_the_girth_and_looks_of_their_shape() -> None:
         assert SHAPE_OF[b.shape].gender == "female" or b.legs != "skirt"
     for field, known in (("hair_style", HAIR_STYLES), ("sleeves", SLEEVES), ("legs", LEGS)):
         assert {getattr(b, field) for b in bodies} == set(known)
+
+
+def test_samples_have_styles_of_their_own_and_some_are_left_handed() -> None:
+    styles = [Body.sample(np.random.default_rng(seed)).style for seed in range(400)]
+    for name, (low, high) in RANGES.items():
+        drawn = np.array([getattr(style, name) for style in styles])
+        assert low <= drawn.min() < low + 0.1 * (high - low)
+        assert high - 0.1 * (high - low) < drawn.max() <= high
+    left = sum(style.hand == 0 for style in styles)
+    assert abs(left - LEFT_HANDED * len(styles)) < 4 * np.sqrt(len(styles) * LEFT_HANDED * (1 - LEFT_HANDED))
 
 
 @pytest.mark.parametrize("stature", [1.55, 1.75, 1.95])

@@ -154,6 +154,7 @@ def test_windows_are_not_hidden(scenes: list[Checked]) -> None:
                     and local[:, 0].min() < pane[:, 0].max()
                     and local[:, 1].max() > pane[:, 1].min() - 0.4
                     and local[:, 1].min() < pane[:, 1].max()
+                    and local[:, 2].min() < pane[:, 2].max()  # a lamp may hang above it
                 )
                 assert not covers or local[:, 2].max() <= pane[:, 2].min(), (
                     f"{checked.scene.scene_id}: {item.category_name}"
@@ -216,6 +217,43 @@ def test_rooms_are_what_they_are_called(scenes: list[Checked]) -> None:
             count = sum(o.category.group == "furniture" for o in checked.of_room(own))
             assert 1 <= count <= RoomConfig().furniture[1]
             assert own.area_m2 < 10 or own.room_type == "corridor" or count >= 4, f"{own.room_type} holds {count}"
+
+
+def test_homes_have_one_kitchen_and_a_bed(scenes: list[Checked]) -> None:
+    for checked in scenes:
+        types = [r.room_type for r in checked.scene.rooms]
+        if "living" not in types or len(types) == 1:
+            continue  # a single room, or an office
+        holding = [{o.category_name for o in checked.of_room(r)} for r in checked.scene.rooms]
+        assert sum("kitchen_counter" in present for present in holding) == 1, checked.scene.scene_id
+        assert any({"bed", "bunk_bed"} & present for present in holding), checked.scene.scene_id
+
+
+def test_heads_of_beds_are_at_a_wall(scenes: list[Checked]) -> None:
+    for checked in scenes:
+        for own in checked.scene.rooms:
+            things = checked.of_room(own)
+            backed = [o for o in things if o.category_name in ("dresser", "wardrobe")]
+            for bed in (o for o in things if o.category_name in ("bed", "bunk_bed")):
+                head = bed.scene_T_object[:2, :2] @ [0.0, bed.box[4] / 2] + bed.box[:2]
+                to_wall = shapely.Polygon(own.outline_xy).exterior.distance(shapely.Point(head))
+                to_thing = min((rectangle_distance(o, head) for o in backed), default=1.0)
+                assert min(to_wall, to_thing) <= 0.12, f"{checked.scene.scene_id}: {to_wall:.2f} m from a wall"
+
+
+def test_wide_storage_has_its_back_at_a_wall_or_another_back(scenes: list[Checked]) -> None:
+    """But for the shelves that divide a room, and what stands behind a sofa or a bed that is free in it."""
+    for checked in scenes:
+        for own in checked.scene.rooms:
+            outline = shapely.Polygon(own.outline_xy).exterior
+            things = checked.of_room(own)
+            backs = [o for o in things if o.category_name in ("sofa", "bed")]
+            for item in (o for o in things if o.category_name in ("wardrobe", "sideboard", "dresser", "tv_stand")):
+                back = item.scene_T_object[:2, :2] @ [0.0, item.box[4] / 2] + item.box[:2]
+                to_thing = min((rectangle_distance(o, back) for o in backs), default=1.0)
+                nearest = min(outline.distance(shapely.Point(back)), to_thing)
+                # In a row of storage the backs are in one plane.
+                assert nearest <= 0.15, f"{checked.scene.scene_id}: {item.category_name} {nearest:.2f} m from a wall"
 
 
 def test_seats_at_tables_face_them(scenes: list[Checked]) -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from lit_room import part, thing
 
 from hsbench.schema.scene import TEXTURES
-from hsbench.synth.render.materials import material
+from hsbench.synth.render.materials import DEEPEST_DYE, LUMINANCE, dyed, material
 from hsbench.synth.render.noise import cell_value, lines, noise, noise2, visible
 from hsbench.synth.render.textures import (
     BRICK_HEIGHT,
@@ -25,7 +25,7 @@ from hsbench.synth.render.textures import (
     TILE,
     texture,
 )
-from hsbench.synth.render.tone import decode_srgb, encode_srgb, toned
+from hsbench.synth.render.tone import CONTRAST, HALF_LIGHT, decode_srgb, encode_srgb, toned
 
 SHARP = np.full(3, 1e-5)
 PATTERNED = sorted(TEXTURES - {"", "plaster"})
@@ -183,6 +183,24 @@ def test_grain_runs_along_a_part_and_courses_along_a_wall() -> None:
     assert [material(wall, p).grain_axis for p in wall.parts] == [0, 0]
 
 
+def test_plain_cloth_is_woven_and_plain_metal_is_not() -> None:
+    sofa = thing(5, "sofa", part("seat_2", (0, 0, 0), (1, 1, 0.2)), part("leg", (0, 0, -0.1), (0.05, 0.05, 0)))
+    seat, leg = (material(sofa, p) for p in sofa.parts)
+    assert (seat.texture, leg.texture) == (CODES["weave"], CODES[""])
+    assert seat.gloss == 0.0 < leg.gloss
+
+
+@given(st.tuples(*[st.floats(0.0, 1.0)] * 3))
+def test_dye_is_no_deeper_than_its_bound_and_keeps_its_luminance(colour: tuple[float, float, float]) -> None:
+    linear = np.array(colour)
+    cloth = dyed(linear)
+    assert cloth @ LUMINANCE == pytest.approx(linear @ LUMINANCE, abs=1e-12)
+    assert cloth.max() - cloth.min() <= DEEPEST_DYE * cloth.max() + 1e-9
+    assert (np.sign(np.diff(cloth)) * np.sign(np.diff(linear)) >= 0).all()  # the hue stays
+    if linear.max() - linear.min() <= DEEPEST_DYE * linear.max():
+        assert np.array_equal(cloth, linear)
+
+
 # --- tone
 
 
@@ -196,3 +214,18 @@ def test_srgb_there_and_back() -> None:
 def test_more_light_is_never_darker_and_never_clipped(light: float, more: float) -> None:
     assert 0.0 <= toned(light) <= toned(light + more) < 1.0
     assert toned(light) <= light
+
+
+def test_tone_has_the_stated_middle_and_contrast() -> None:
+    assert toned(HALF_LIGHT) == pytest.approx(0.5)
+    step = 1e-4
+    rise = (toned(HALF_LIGHT * math.exp(step)) - toned(HALF_LIGHT * math.exp(-step))) / (2 * step)
+    assert rise == pytest.approx(CONTRAST / 4, rel=1e-6)
+
+
+def test_a_pattern_in_bright_light_is_still_seen() -> None:
+    """A tenth of contrast at four times the light that half of the range shows: more than one level of the display."""
+    bright = 4 * HALF_LIGHT
+    dark, light = encode_srgb(np.array([toned(bright), toned(1.1 * bright)])).astype(int)
+    assert light - dark >= 2
+    assert light < 240

@@ -15,7 +15,7 @@ from hsbench.geometry.transforms import planar
 from hsbench.io.arrays import load_npz, npz_bytes, write_npz
 from hsbench.schema import codec
 from hsbench.schema.occupancy import AffordanceTruth, AffordanceVoxels, PartAffordances
-from hsbench.schema.scene import Part, Room, Scene, SceneObject
+from hsbench.schema.scene import Room, Scene, SceneObject
 from hsbench.schema.states import Affordance
 from hsbench.truth.affordance import (
     AffordanceScene,
@@ -290,13 +290,6 @@ def test_impossible_truth_cannot_be_built() -> None:
         AffordanceVoxels(VoxelGrid((0.0, 0.0, 0.0), (2, 2, 2)), np.zeros((2, 2), np.uint8))
     with pytest.raises(SchemaError, match="holds 200"):
         AffordanceTruth(np.full((2, 2), 200, dtype=np.uint8), np.zeros((2, 2), dtype=bool))
-
-
-def test_meshes_are_refused() -> None:
-    mesh = (np.eye(3), np.array([[0, 1, 2]], dtype=np.int32))
-    item = SceneObject(10, "sofa", np.eye(4), (Part("body", (1, 2, 3), mesh=mesh),))
-    with pytest.raises(SchemaError, match="mesh parts"):
-        afford(room(4, 4, item))
 
 
 def test_reach_of_an_unknown_object_is_an_error() -> None:

@@ -48,36 +48,42 @@ def places_of(scene, origin_xy, shape, reading=SETTLED):
     return walk, sittings(scene, walk, reading)
 
 
-def iou_without_border(truth, other):
-    """IoU over the cells whose eight neighbours in ``truth`` are like them."""
+def without_border(truth):
+    """(nx, ny) bool: the cells whose eight neighbours are like them."""
     square = np.ones((3, 3), dtype=bool)
-    inner = binary_erosion(truth, square) | ~binary_dilation(truth, square)
-    both, either = (truth & other & inner).sum(), ((truth | other) & inner).sum()
-    return both / either if either else 1.0
+    return binary_erosion(truth, square) | ~binary_dilation(truth, square)
 
 
 def compared(scene, count, seed=0):
-    """Compare sittable cells, then ``count`` points a functional part: (N,) bool of the oracle and (N,) bool of ours.
+    """Sittable cells with neighbours that are like them, and ``count`` points a functional part: ((C,) bool of the
+    oracle, (C,) bool of ours), ((N,), (N,)).
 
     Both sides stand on the same grid of cells.
     """
     found = afford(scene)
     walk, places = places_of(scene, found.walk.origin_xy, found.walk.free.shape)
     plan = plan_of(scene)
-    theirs = top_down(found, *plan) >> Affordance.SITTABLE & 1 == 1
-    assert iou_without_border(sittable(scene, places, *plan), theirs) >= IOU
-    ids, parts, points, mine = reached(scene, walk, places, count, np.random.default_rng(seed))
-    return mine, found.reaches(points, ids, parts)
+    mine, theirs = sittable(scene, places, *plan), top_down(found, *plan) >> Affordance.SITTABLE & 1 == 1
+    inner = without_border(mine)
+    if not count:
+        return (mine[inner], theirs[inner]), (np.empty(0, dtype=bool), np.empty(0, dtype=bool))
+    ids, parts, points, reached_ = reached(scene, walk, places, count, np.random.default_rng(seed))
+    return (mine[inner], theirs[inner]), (reached_, found.reaches(points, ids, parts))
 
 
 def agree(scenes, count):
-    """Precision and recall of reached points over all parts of some scenes: the points of one part stand or fall
-    together, so that a room of a dozen parts is too small a sample.
+    """IoU of sittable cells, precision and recall of reached points over all parts of some scenes: the cells of one
+    seat and the points of one part stand or fall together, so that a room of a dozen parts is too small a sample.
     """
-    mine, theirs = (np.concatenate(found) for found in zip(*(compared(s, count) for s in scenes), strict=True))
+    seats, hands = zip(*(compared(scene, count) for scene in scenes), strict=True)
+    mine, theirs = (np.concatenate(found) for found in zip(*seats, strict=True))
     assert mine.any()
-    assert (mine & theirs).sum() >= PRECISION * theirs.sum()
-    assert (mine & theirs).sum() >= RECALL * mine.sum()
+    assert (mine & theirs).sum() >= IOU * (mine | theirs).sum()
+    if count:
+        mine, theirs = (np.concatenate(found) for found in zip(*hands, strict=True))
+        assert mine.any()
+        assert (mine & theirs).sum() >= PRECISION * theirs.sum()
+        assert (mine & theirs).sum() >= RECALL * mine.sum()
 
 
 def test_the_limits_of_sitting():
@@ -135,7 +141,18 @@ def test_a_generated_room():
     agree([generated(4)], 20)
 
 
+def test_a_stool_is_drawn_out_on_the_side_that_one_sits_on():
+    """Kitchen 27 has a stool under its counter that comes out sideways: a stool has no back to be drawn against."""
+    agree([generated(27)], 0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("first", [0, 6, 12, 18])
 def test_generated_rooms(first):
     agree([generated(i) for i in range(first, first + 6)], 20)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(24, 84, 6))
+def test_seats_of_generated_rooms(first):
+    agree([generated(i) for i in range(first, first + 6)], 0)

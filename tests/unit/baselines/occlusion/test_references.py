@@ -13,11 +13,12 @@ from hsbench.baselines.occlusion.action import Activity
 from hsbench.baselines.occlusion.boundary import Boundary
 from hsbench.baselines.occlusion.constant import fit_constant
 from hsbench.baselines.occlusion.height_prior import DEPTH_EDGES_M, HEIGHT_EDGES_M, HeightPrior, behind_surface, fit
-from hsbench.baselines.occlusion.shuffle import TURNS, shuffled_activity
+from hsbench.baselines.occlusion.shuffle import shuffled_activity
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.schema.sensor import Sensor
 from hsbench.schema.states import Action
+from hsbench.tasks.shuffle import TURNS
 
 Sample = tuple[np.ndarray, np.ndarray, np.ndarray]
 
