@@ -19,6 +19,8 @@ class LifeConfig:
 
     duration_s: from t0 to the end, the empty time included. empty_s: nobody is there before. fps: poses a second.
     people: how many live there, 1-8; each comes in ``arrival_s`` after the one before.
+    from_outside: they come in through the entrance door, which opens; else they begin inside it. What lies outside is not
+    modelled: an open door shows nothing.
     mode: ``exploring`` goes everywhere and tries everything: one person comes near 95 % of the floor within some 40 s a
     square metre of it. ``natural`` does what the hour suggests.
     start_hour: of the day at t0. habits: family of ``schedule.HABITS`` of each person, in turn.
@@ -32,6 +34,7 @@ class LifeConfig:
     empty_s: float = 1.0
     fps: int = 30
     people: int = 1
+    from_outside: bool = True
     mode: str = "exploring"
     start_hour: float = 10.0
     habits: tuple[str, ...] = ("average",)

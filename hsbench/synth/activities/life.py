@@ -113,7 +113,9 @@ class Crowd:
         gaps_s = rng.uniform(*config.arrival_s, config.people - 1).round(1)
         self.arrivals = [first + round(gap_s * config.fps) for gap_s in [0.0, *np.cumsum(gaps_s)]]
         self._turns: list[Iterator[None]] = []
-        self.entrance = find_entrance(scene, self.places.floor, xy, self.places.obstacles)
+        self.entrance = (
+            find_entrance(scene, self.places.floor, xy, self.places.obstacles) if config.from_outside else None
+        )
 
     def block(self, start: int, stop: int, last: int) -> Life:
         """Frames start .. stop - 1 of a life of ``last`` frames."""

@@ -275,7 +275,8 @@ def test_a_recipe_may_give_several_episodes_of_a_scene(short_recipe: Path, tmp_p
     shutil.copytree(short_recipe, recipe)
     code = recipe / "rgbd-activity.py"
     code.write_text(
-        code.read_text().replace("def build(", "def _build(") + "\ndef build(config, unit):\n"
+        code.read_text().replace("def build(", "def _build(")
+        + "\nfrom dataclasses import replace\n\ndef build(config, unit):\n"
         "    for episode in _build(config, unit):\n"
         "        yield episode\n"
         "        yield replace(episode, episode_id=episode.episode_id + '-b')\n"
@@ -313,7 +314,8 @@ def test_a_unit_is_whole_or_not_there(short_recipe: Path, tmp_path: Path, body: 
     shutil.copytree(short_recipe, recipe)
     code = recipe / "rgbd-activity.py"
     code.write_text(
-        code.read_text().replace("def build(", "def _build(") + "\ndef build(config, unit):\n"
+        code.read_text().replace("def build(", "def _build(")
+        + "\nfrom dataclasses import replace\n\ndef build(config, unit):\n"
         f"    for episode in _build(config, unit):\n        {body}\n"
     )
     with pytest.raises((HsbenchError, RuntimeError), match=words):
