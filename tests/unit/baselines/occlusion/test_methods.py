@@ -71,7 +71,7 @@ def test_true_bodies_free_no_solid(rgbd: Path, submissions: dict[str, Path]) -> 
     swept, solid = (answers(submissions[n], data.episode_ids) for n in ("carve-swept", "all-solid"))
     freed = [solid[i] & ~swept[i] for i in data.episode_ids]
     wrong = [f & e.truth.occupancy.solid for f, e in zip(freed, data, strict=True)]
-    assert np.sum(freed) > 1000
+    assert np.sum(freed) > 100  # twelve seconds of life do not reach far
     assert np.sum(wrong) < 0.02 * np.sum(freed)
 
 
