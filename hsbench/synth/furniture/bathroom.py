@@ -63,7 +63,7 @@ def toilet(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Pa
         part("base", CERAMIC, loft([oval * 0.66 + shift * 1.3, oval * 0.6 + shift * 1.3], [0.0, rim - 0.18])),
         part("bowl", CERAMIC, loft([oval * 0.62 + shift * 1.2, oval * 0.9 + shift], [rim - 0.18, rim - 0.02])),
         part("bowl", CERAMIC, loft([oval * 0.95 + shift, oval * 0.97 + shift], [rim - 0.02, rim])),
-        part("seat", shade(CERAMIC, 0.97), loft([oval + shift, oval * 0.985 + shift], [rim, seat_z]), "seat"),
+        part("seat", shade(CERAMIC, 0.97), loft([oval * 0.985 + shift, oval + shift], [rim, seat_z]), "seat"),
         slab("cistern", CERAMIC, (-x, tank, x, y), rim - 0.06, height - 0.03, None, 0.03),
         slab("lid", CERAMIC, (-x - 0.005, tank - 0.006, x + 0.005, y), height - 0.032, height, None, 0.03, 0.008),
         block("support", CERAMIC, (-x * 0.55, tank - 0.03, 0.0), (x * 0.55, y - 0.01, rim - 0.06)),

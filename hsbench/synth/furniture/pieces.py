@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from hsbench.geometry.convex import ConvexSolid, span
+from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.numerics import quantise_angle, quantise_m
 from hsbench.geometry.transforms import cos_sin
 from hsbench.schema.scene import Part
@@ -26,6 +26,7 @@ from hsbench.synth.furniture.shapes import (
     bar,
     loft,
     oval_outline,
+    quantised,
     rectangle_outline,
     rounded_outline,
     towards_front,
@@ -42,7 +43,7 @@ ROUND_SIDES = 12
 def draw(rng: np.random.Generator, sizes: Range, fit: float = 1.0) -> float:
     """A length from a range, quantised; ``fit`` < 1 takes it from the lower part of the range only."""
     low, high = sizes
-    return float(quantise_m(low + (high - low) * fit * rng.random()))
+    return quantised(low + (high - low) * fit * rng.random())
 
 
 def pick(rng: np.random.Generator, options: Sequence[T]) -> T:
@@ -95,8 +96,9 @@ def block(
     name: str, colour: Rgb | Finish, low_m: Sequence[float], high_m: Sequence[float], role: str | None = None
 ) -> Part:
     """A box between two corners."""
-    low, high = quantise_m(np.asarray([low_m, high_m])).tolist()
-    return part(name, colour, span(low, high), role)
+    (x0, y0, z0), (x1, y1, z1) = low_m, high_m
+    outline = rectangle_outline((x0, y0, x1, y1))
+    return part(name, colour, loft([outline, outline], [z0, z1]), role)
 
 
 def tapered(
@@ -255,17 +257,26 @@ def centred(parts: Sequence[Part]) -> tuple[Part, ...]:
     """The parts moved so that the middle of their common footprint is the origin, and named apart; heights stay."""
     points = np.concatenate([p.vertices for p in parts])
     shift = np.array([*quantise_m((points.min(axis=0) + points.max(axis=0))[:2] / 2), 0.0])
-    if shift.any():
-        parts = [replace(p, solid=ConvexSolid(p.vertices - shift, p.triangles)) for p in parts]
-    return named_apart(parts)
+    if not shift.any():
+        return named_apart(parts)
+    names = _names_apart(parts)
+    return tuple(
+        replace(p, name=name, solid=ConvexSolid(p.vertices - shift, p.triangles))
+        for p, name in zip(parts, names, strict=True)
+    )
 
 
 def named_apart(parts: Sequence[Part]) -> tuple[Part, ...]:
     """The parts with a number behind names that occur again: seat, seat_2, seat_3."""
+    names = _names_apart(parts)
+    return tuple(p if p.name == name else replace(p, name=name) for p, name in zip(parts, names, strict=True))
+
+
+def _names_apart(parts: Sequence[Part]) -> list[str]:
     seen: Counter[str] = Counter()
-    result = []
+    names = []
     for item in parts:
         seen[item.name] += 1
         number = seen[item.name]
-        result.append(item if number == 1 else replace(item, name=f"{item.name}_{number}"))
-    return tuple(result)
+        names.append(item.name if number == 1 else f"{item.name}_{number}")
+    return names

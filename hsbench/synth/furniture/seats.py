@@ -186,10 +186,11 @@ def bar_stool(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple
     parts.append(slab("seat", seat, rect, under, seat_z, "seat", 0.07 if not pillar else half, 0.012, 3))
     if backed:
         for s in (-1, 1):
-            low, high = (s * 0.06 - 0.01, half - 0.034, seat_z), (s * 0.06 + 0.01, half - 0.016, seat_z + 0.2)
+            low, high = (s * 0.06 - 0.01, half - 0.012, seat_z - 0.035), (s * 0.06 + 0.01, half + 0.006, seat_z + 0.2)
             parts.append(block("post", metal, low, high))
+        # At the rear edge, so that the seat before it holds a body.
         field = (-half + 0.03, seat_z + 0.09, half - 0.03, seat_z + 0.27)
-        parts.append(front_pad("back", seat, field, half - 0.058, half - 0.03))
+        parts.append(front_pad("back", seat, field, half - 0.022, half))
     return centred(parts)
 
 

@@ -8,22 +8,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
 from hsbench.geometry.convex import ConvexSolid
-from hsbench.geometry.numerics import quantise_m
+from hsbench.geometry.numerics import LENGTH_DECIMALS, quantise_m
 from hsbench.geometry.transforms import ANGLE_DECIMALS
-from hsbench.typing import FloatArray
+from hsbench.typing import FloatArray, Int32Array
 
 Rect = tuple[float, float, float, float]  # x0, y0, x1, y1
 Point = tuple[float, float, float]
 CORNER_STEPS = 2  # straight pieces that make a quarter of a round corner
+QUANTA_PER_M = 10**LENGTH_DECIMALS
+
+
+def quantised(length_m: float) -> float:
+    """One length rounded to .1 mm, as ``quantise_m`` does it but without an array."""
+    return round(length_m * QUANTA_PER_M) / QUANTA_PER_M + 0.0
 
 
 def rectangle_outline(rect: Rect) -> FloatArray:
     """(4, 2) corners of x0, y0, x1, y1."""
-    x0, y0, x1, y1 = (float(quantise_m(v)) for v in rect)
+    x0, y0, x1, y1 = (quantised(v) for v in rect)
     return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
 
@@ -32,9 +39,9 @@ def rounded_outline(rect: Rect, radius_m: float, steps: int = CORNER_STEPS) -> F
 
     Outlines of one rectangle inset by d and with a radius smaller by d have parallel sides: they can be lofted.
     """
-    x0, y0, x1, y1 = (float(quantise_m(v)) for v in rect)
-    radius = min(float(quantise_m(radius_m)), (x1 - x0) / 2, (y1 - y0) / 2)
-    quarter = _unit_circle(np.arange(steps + 1) / (4 * steps))
+    x0, y0, x1, y1 = (quantised(v) for v in rect)
+    radius = min(quantised(radius_m), (x1 - x0) / 2, (y1 - y0) / 2)
+    quarter = _unit_circle(4 * steps)[: steps + 1]
     corners = []
     for k, (cx, cy) in enumerate(((x1 - radius, y1 - radius), (x0 + radius, y1 - radius),
                                   (x0 + radius, y0 + radius), (x1 - radius, y0 + radius))):  # fmt: skip
@@ -47,20 +54,24 @@ def rounded_outline(rect: Rect, radius_m: float, steps: int = CORNER_STEPS) -> F
 
 def oval_outline(half_x_m: float, half_y_m: float, sides: int = 16) -> FloatArray:
     """(sides, 2) points of an ellipse about the origin, the first on +x: with sides a multiple of 4 it is full size."""
-    size = np.array([float(quantise_m(half_x_m)), float(quantise_m(half_y_m))])
-    return np.asarray(_unit_circle(np.arange(sides) / sides) * size)
+    size = np.array([quantised(half_x_m), quantised(half_y_m)])
+    return np.asarray(_unit_circle(sides) * size)
 
 
 def superellipse_outline(half_x_m: float, half_y_m: float, sides: int = 24) -> FloatArray:
     """(sides, 2) points of |x/a|^4 + |y/b|^4 = 1: between an ellipse and a rectangle, like the tops of boat tables."""
-    size = np.array([float(quantise_m(half_x_m)), float(quantise_m(half_y_m))])
-    circle = _unit_circle(np.arange(sides) / sides)
+    size = np.array([quantised(half_x_m), quantised(half_y_m)])
+    circle = _unit_circle(sides)
     return np.asarray(np.sign(circle) * np.sqrt(np.abs(circle)) * size)
 
 
-def _unit_circle(turns: FloatArray) -> FloatArray:
-    angle = 2 * np.pi * turns
-    return np.asarray(np.column_stack([np.cos(angle), np.sin(angle)]).round(ANGLE_DECIMALS))
+@cache
+def _unit_circle(sides: int) -> FloatArray:
+    """(sides, 2) read-only points, the first on +x."""
+    angle = 2 * np.pi * (np.arange(sides) / sides)
+    points = np.stack([np.cos(angle), np.sin(angle)], axis=1).round(ANGLE_DECIMALS)
+    points.flags.writeable = False
+    return points
 
 
 def loft(rings: Sequence[FloatArray], heights_m: Sequence[float]) -> ConvexSolid:
@@ -68,22 +79,30 @@ def loft(rings: Sequence[FloatArray], heights_m: Sequence[float]) -> ConvexSolid
 
     Convex only where the rings widen ever less (and shrink ever more) from below upwards.
     """
-    return _stacked(rings, [float(quantise_m(z)) for z in heights_m])
+    return _stacked(rings, [quantised(z) for z in heights_m])
 
 
 def _stacked(rings: Sequence[FloatArray], heights: Sequence[float]) -> ConvexSolid:
     n = len(rings[0])
-    vertices = np.vstack([np.column_stack([ring, np.full(n, z)]) for ring, z in zip(rings, heights, strict=True)])
+    vertices = np.empty((len(rings) * n, 3))
+    vertices[:, :2] = np.concatenate(rings)
+    vertices[:, 2] = np.repeat(heights, n)
+    return ConvexSolid(vertices, _faces_between(n, len(rings)))
+
+
+@cache
+def _faces_between(n: int, rings: int) -> Int32Array:
+    """(T, 3) triangles of a stack of rings of n vertices each."""
     i = np.arange(n)
     j = (i + 1) % n
     fan = np.arange(1, n - 1)
-    lid = n * (len(rings) - 1)
+    lid = n * (rings - 1)
     faces = [np.column_stack([np.zeros_like(fan), fan + 1, fan])]
     for base in range(0, lid, n):
         faces.append(base + np.column_stack([i, j, j + n]))
         faces.append(base + np.column_stack([i, j + n, i + n]))
     faces.append(lid + np.column_stack([np.zeros_like(fan), fan, fan + 1]))
-    return ConvexSolid(vertices, np.concatenate(faces).astype(np.int32))
+    return np.concatenate(faces).astype(np.int32)
 
 
 def towards_front(solid: ConvexSolid) -> ConvexSolid:
@@ -102,7 +121,7 @@ def bar(start: Point, end: Point, outline: FloatArray, end_scale: float | FloatA
     The outline's x stays horizontal, at right angles to the bar; upright bars have it along x. end_scale: how much
     larger the outline is at the end, in both directions or (2,) in each.
     """
-    dx, dy, dz = (float(quantise_m(b - a)) for a, b in zip(start, end, strict=True))
+    dx, dy, dz = (quantised(b - a) for a, b in zip(start, end, strict=True))
     flat, length = math.sqrt(dx * dx + dy * dy), math.sqrt(dx * dx + dy * dy + dz * dz)
     along = np.array([dx, dy, dz]) / length
     across = np.array([-dy, dx, 0.0]) / flat if flat > 0 else np.array([1.0, 0.0, 0.0])

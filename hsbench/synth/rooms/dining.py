@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import zip_longest
 
 import numpy as np
 
+from hsbench.geometry.numerics import quantise_m
+from hsbench.geometry.transforms import cos_sin
 from hsbench.synth.furniture.pieces import draw, pick
 from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls, in_room, jitter
@@ -19,10 +22,13 @@ STRAIGHT_DEG = 4.0  # chairs that were pushed back to their table are turned by 
 STRAIGHT_GAP_M, TURNED_GAP_M = 0.02, 0.16  # what these need more, and those that stand turned
 END_SEAT_M = 1.35  # a table this long has seats at its ends
 FOUR_ROUND_M = 0.98  # a round table of this width has four seats
+LEG_ROOM_M = 0.35  # wide and deep before a seat (task affordance-topdown)
+LEG_SIDE_M = 0.02  # more on either side, for chairs that stand a little turned
 CORNER_M = 0.04  # at each end of a long side without a seat
 WALK_BEHIND_M = 0.55
 AROUND_M = 0.1  # a table in a small room to the wall
-WALL_M, BENCH_GAP_M = 0.03, 0.04  # a table or bench to the wall behind it, a table to its bench
+WALL_M, BENCH_GAP_M = 0.03, 0.04  # a table to the wall behind it, to its bench
+BENCH_WALL_M = 0.1  # a bench to the wall: who sits there has a window sill behind the back
 ROUND_SHARE = 0.8  # of the half width plus half depth: a top whose corners reach less far along the diagonal is round
 HALF_TURN = 2 * QUARTER
 WALL_END = 1  # sign of x of the table's end that stands at the wall after a quarter turn
@@ -54,7 +60,10 @@ def in_middle(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator
 
 
 def cramped(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) -> Iterator[Proposal]:
-    """For small rooms, by turns: a table with a side at a wall, with an end there, in the room; two or four chairs."""
+    """For small rooms, by turns: a table with a side at a wall, with an end there, in the room; two or four chairs.
+
+    Last come those where a chair cannot be pulled back.
+    """
 
     def before() -> Iterator[Proposal]:
         for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M):
@@ -71,8 +80,13 @@ def cramped(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) 
             if fits(ctx, table, pose):
                 yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, False)[:2]]
 
+    found = []
     for turn in zip_longest(before(), at_end(), free()):
-        yield from (proposal for proposal in turn if proposal is not None)
+        for proposal in (p for p in turn if p is not None):
+            yield proposal
+            found.append(proposal)
+    for proposal in found:
+        yield [replace(item, behind_m=0.0) for item in proposal]
 
 
 def chairs_round(
@@ -81,7 +95,7 @@ def chairs_round(
     """Chairs round a table; the first two must fit. ``closed``: the sign of x of an end that stands at a wall."""
     places = _round_places(table, chair, rng) if _is_round(table) else _long_places(table, chair, open_end, closed)
     items = []
-    for i, (x, y, yaw) in enumerate(places):
+    for i, ((x, y, yaw), pull) in enumerate(zip(places, _pulls(table, chair, places), strict=True)):
         gap = draw(rng, SEAT_GAP_M)
         if rng.random() < ctx.config.turned_chair_share:
             gap += TURNED_GAP_M
@@ -91,8 +105,25 @@ def chairs_round(
             turn = jitter(rng, STRAIGHT_DEG)
         # The front (-y) of a chair looks at the table; back off along it.
         off_x, off_y = -math.sin(yaw) * gap, math.cos(yaw) * gap
-        items.append(Item(chair, pose.then(x + off_x, y + off_y, yaw + turn), optional=i >= 2))
+        at = pose.then(x + off_x, y + off_y, yaw + turn)
+        items.append(Item(chair, at, optional=i >= 2, behind_m=max(0.0, pull - gap)))
     return items
+
+
+def _pulls(table: Piece, chair: Piece, places: Sequence[tuple[float, float, float]]) -> list[float]:
+    """How far back, metres, from each place (x, y, yaw in a table's frame) a chair's front has no leg of the table
+    before it where those of who sits there are.
+    """
+    c, s = np.array([cos_sin(yaw) for _, _, yaw in places]).T[:, :, None, None]
+    x, y = np.array([place[:2] for place in places]).T[:, :, None, None]
+    rel_x, rel_y = table.low_parts[..., 0] - x, table.low_parts[..., 1] - y
+    # Corners in the frame of the chair: (places, parts, 4).
+    aside, back = c * rel_x + s * rel_y, c * rel_y - s * rel_x
+    half = LEG_ROOM_M / 2 + LEG_SIDE_M
+    before = (aside.min(axis=2) < half) & (aside.max(axis=2) > -half)
+    into = np.where(before, back.max(axis=2) - (chair.box[1] - LEG_ROOM_M), 0.0)
+    pulls: list[float] = quantise_m(into.max(axis=1, initial=0.0)).tolist()
+    return pulls
 
 
 def _is_round(table: Piece) -> bool:
@@ -131,14 +162,19 @@ def _round_places(table: Piece, chair: Piece, rng: np.random.Generator) -> list[
 def chairs_before(table: Piece, chair: Piece, pose: Pose, rng: np.random.Generator) -> list[Item]:
     """Chairs along the side of a table whose other side is at a wall; the first must fit."""
     y = -(table.depth / 2 + chair.depth / 2 + SEAT_GAP_M[1])
-    seats = [pose.then(x, y, HALF_TURN + jitter(rng, STRAIGHT_DEG)) for x in side_places(table)]
-    return [Item(chair, seat, optional=i > 0) for i, seat in enumerate(seats)]
+    places = [(x, y, HALF_TURN) for x in side_places(table)]
+    pulls = _pulls(table, chair, places)
+    seats = [pose.then(x, y, yaw + jitter(rng, STRAIGHT_DEG)) for x, y, yaw in places]
+    return [
+        Item(chair, seat, optional=i > 0, behind_m=pull)
+        for i, (seat, pull) in enumerate(zip(seats, pulls, strict=True))
+    ]
 
 
 def _with_bench(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) -> Iterator[Proposal]:
     """Bench with its back to a wall, table before it, chairs on the other long side."""
     bench = ctx.piece("bench")
     out = bench.depth / 2 + table.depth / 2 + BENCH_GAP_M
-    for _, _, pose in along_walls(ctx, bench, rng, "middle", WALL_M, half_m=max(bench.width, table.width) / 2):
+    for _, _, pose in along_walls(ctx, bench, rng, "middle", BENCH_WALL_M, half_m=max(bench.width, table.width) / 2):
         at = pose.then(0.0, -out)
         yield [Item(bench, pose), Item(table, at), *chairs_before(table, chair, at, rng)]

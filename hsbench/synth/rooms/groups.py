@@ -12,7 +12,7 @@ from itertools import chain
 
 from hsbench.synth.rooms.bathroom import bathroom
 from hsbench.synth.rooms.bedroom import bed, bunk
-from hsbench.synth.rooms.dining import dining
+from hsbench.synth.rooms.dining import BENCH_WALL_M, dining
 from hsbench.synth.rooms.dividers import divider
 from hsbench.synth.rooms.hall import wardrobe_corner
 from hsbench.synth.rooms.items import Item
@@ -116,7 +116,7 @@ _GROUPS: dict[str, Group] = {
     "bookshelf": _at_wall("bookshelf", "corner"),
     "sideboard": _at_wall("sideboard", "middle"),
     "dresser": _at_wall("dresser", "any"),
-    "bench": _at_wall("bench", "middle", 0.04, 1),
+    "bench": _at_wall("bench", "middle", BENCH_WALL_M, 1),
     "shelf": _at_wall("shelf", "middle", HANG_GAP_M, 2),
     "fridge": _at_wall("fridge", "corner", most=1),
     "washing_machine": _at_wall("washing_machine", "corner", most=1),

@@ -10,18 +10,19 @@ from functools import cached_property
 import numpy as np
 
 from hsbench.geometry.convex import ConvexSolid
-from hsbench.geometry.numerics import LENGTH_DECIMALS, quantise_angle, quantise_m
+from hsbench.geometry.numerics import quantise_angle, quantise_m
 from hsbench.geometry.transforms import cos_sin, planar
 from hsbench.schema.scene import Part
 from hsbench.synth.furniture import WALL_HUNG
+from hsbench.synth.furniture.shapes import quantised
 from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, OPENING_ROLES, SITTING_M, SITTING_ROLES
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.truth.walkable import HEAD_ROOM_M, STEP_M, Shadows, shadows
 from hsbench.typing import FloatArray
 
 ON_FLOOR_M = 0.05  # what begins below this height stands on the floor and meets the skirting
-QUANTA_PER_M = 10**LENGTH_DECIMALS
 BACKING_M, BACKING_SIDE_M = (0.04, 0.05), 0.01  # behind what hangs on a wall there is wall, but for its very sides
+LOW_M = 0.42  # the lowest seats of chairs at a table
 BEDSIDE_SHARES = (0.3, 0.5)  # places along a bed's side, from its foot, where one gets in
 
 
@@ -36,7 +37,7 @@ class Pose:
 
     def __post_init__(self) -> None:
         for name in ("x", "y", "z"):
-            object.__setattr__(self, name, _quantised(getattr(self, name)))
+            object.__setattr__(self, name, quantised(getattr(self, name)))
         object.__setattr__(self, "yaw", quantise_angle(math.remainder(self.yaw, 2 * math.pi)))
 
     def then(self, x: float, y: float, yaw: float = 0.0, z: float = 0.0) -> Pose:
@@ -99,6 +100,13 @@ class Piece:
         """Heights of what one sits or lies on."""
         return tuple(float(p.vertices[:, 2].max()) for p in self.parts if p.role in SITTING_ROLES)
 
+    @cached_property
+    def low_parts(self) -> FloatArray:
+        """(n, 4, 2) rectangles about the parts that reach below where one sits: legs, panels, shelves."""
+        ends = [(p.vertices.min(axis=0), p.vertices.max(axis=0)) for p in self.parts]
+        boxes = [(a[0], a[1], b[0], b[1]) for a, b in ends if a[2] < LOW_M]
+        return np.array([[(x0, y0), (x1, y0), (x1, y1), (x0, y1)] for x0, y0, x1, y1 in boxes]).reshape(-1, 4, 2)
+
     def middles(self, roles: Iterable[str]) -> FloatArray:
         """(n, 2) middles of the parts with one of the roles."""
         wanted = frozenset(roles)
@@ -122,12 +130,14 @@ class Item:
     """A piece at a pose; an optional one is dropped where it does not fit.
 
     front_m: depth of the floor before it that other groups leave free, None for what is usual for its category.
+    behind_m: depth of the floor behind it that they leave free, to pull it back.
     """
 
     piece: Piece
     pose: Pose
     optional: bool = False
     front_m: float | None = None
+    behind_m: float = 0.0
 
     @cached_property
     def corners(self) -> FloatArray:
@@ -148,12 +158,12 @@ class Item:
 
     @cached_property
     def zone(self) -> FloatArray | None:
-        """(4, 2) floor in front that others leave free, or None."""
+        """(4, 2) floor in front, or from its front to behind it, that others leave free; or None."""
+        x0, y0, _, x1, y1, _ = self.piece.box
+        if self.behind_m > 0:
+            return self.rectangle(x0, y0, x1, y1 + self.behind_m)
         depth = CLEAR_FRONT_M.get(self.piece.category_name) if self.front_m is None else self.front_m
-        if depth is None:
-            return None
-        x0, y0, _, x1, _, _ = self.piece.box
-        return self.rectangle(x0, y0 - depth, x1, y0)
+        return None if depth is None else self.rectangle(x0, y0 - depth, x1, y0)
 
     @cached_property
     def backing(self) -> FloatArray | None:
@@ -184,7 +194,7 @@ class Item:
         """(4, 2) a rectangle of the object frame in the room, counter-clockwise, quantised."""
         (c, s), px, py = self.pose.direction, self.pose.x, self.pose.y
         ends = ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
-        return np.array([(_quantised(px + c * x - s * y), _quantised(py + s * x + c * y)) for x, y in ends])
+        return np.array([(quantised(px + c * x - s * y), quantised(py + s * x + c * y)) for x, y in ends])
 
     def middles(self, roles: Iterable[str]) -> FloatArray:
         """(n, 2) middles of the parts with one of the roles, in the room."""
@@ -204,8 +214,3 @@ class Item:
             sides = np.array([[x, y0 + s * (y1 - y0)] for x in (x0, x1) for s in BEDSIDE_SHARES])
             found.append((quantise_m(self.pose.plane(sides)), config.bedside_m))
         return found
-
-
-def _quantised(length_m: float) -> float:
-    """One length rounded to .1 mm, as ``quantise_m`` does it but without an array."""
-    return round(length_m * QUANTA_PER_M) / QUANTA_PER_M + 0.0

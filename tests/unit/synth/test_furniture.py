@@ -19,7 +19,7 @@ from shapely.geometry import MultiPoint, Polygon
 from hsbench.errors import SchemaError
 from hsbench.geometry.convex import ConvexSolid
 from hsbench.schema.categories import CATEGORIES, category
-from hsbench.schema.scene import TEXTURES, Part, SceneObject
+from hsbench.schema.scene import TEXTURES, Part, Room, Scene, SceneObject
 from hsbench.synth.furniture import (
     BUILDERS,
     COMMON_FAMILIES,
@@ -42,6 +42,9 @@ from hsbench.synth.furniture.shapes import bar, loft, oval_outline, rounded_outl
 from hsbench.synth.furniture.sizes import DEVIATIONS, REAL, Size
 from hsbench.synth.furniture.style import Style
 from hsbench.synth.seeds import Seeds
+from hsbench.truth.obstacles import pack_obstacles
+from hsbench.truth.sittable import seat_uses
+from hsbench.truth.walkable import walk_map
 
 FITS = (0.0, 1.0)
 DRAWS = 2
@@ -609,3 +612,16 @@ def test_unknown_names_are_refused() -> None:
 
 def test_groups_of_the_builders() -> None:
     assert {category(kind).group for kind in BUILDERS} == {"furniture", "fixture", "soft", "clutter"}
+
+
+@pytest.mark.parametrize("kind", ["bar_stool", "toilet", "bench", "chair", "office_chair", "stool", "armchair"])
+def test_seats_hold_a_body_where_nothing_else_is(kind: str) -> None:
+    room = Room("living", np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]))
+    middle = np.eye(4)
+    middle[:2, 3] = 2.0
+    for k, name in enumerate(FAMILIES):
+        for fit in (0.0, 1.0):
+            parts = build(kind, Seeds(k).rng("seat"), family(name), fit)
+            scene = Scene("seat", (room,), 2.5, (SceneObject(1, kind, middle, parts),))
+            used = {use.part_index for use in seat_uses(scene, walk_map(scene), pack_obstacles(scene))}
+            assert used == {i for i, p in enumerate(parts) if p.role == "seat"}, (kind, name, fit)

@@ -32,6 +32,7 @@ from hsbench.geometry.convex import span
 from hsbench.schema.categories import CATEGORIES
 from hsbench.schema.scene import Part
 from hsbench.synth.rooms.clearance import CLEAR_FRONT_M
+from hsbench.synth.rooms.dining import LEG_ROOM_M, chairs_before
 from hsbench.synth.rooms.groups import GROUPS
 from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.placing import APART_M, Layout
@@ -333,6 +334,20 @@ def test_joint_proposals_are_those_that_keep_apart(seed: int) -> None:
     assert all(found.count(items) == 1 for items in found)
     assert {tuple(i for p in c for i in p) for c in good} >= set(found)
     assert bool(found) == bool(good)
+
+
+@pytest.mark.parametrize("inset_m", [0.05, 0.2, 0.4])
+def test_chairs_have_room_to_leave_the_legs_of_their_table(inset_m: float) -> None:
+    top = Part("top", (0, 0, 0), "top", span((-0.5, -0.4, 0.7), (0.5, 0.4, 0.72)))
+    panel = Part("leg", (0, 0, 0), None, span((-0.5, -0.4 + inset_m, 0.0), (0.5, 0.4, 0.7)))
+    seat = Part("seat", (0, 0, 0), "seat", span((-0.2, -0.2, 0.4), (0.2, 0.2, 0.45)))
+    pose = Pose(2.0, 2.0, 0.3)
+    chairs = chairs_before(Piece("dining_table", (top, panel)), Piece("chair", (seat,)), pose, np.random.default_rng(0))
+    for chair in chairs:
+        x, y = chair.pose.x - pose.x, chair.pose.y - pose.y
+        out = -(math.cos(pose.yaw) * y - math.sin(pose.yaw) * x)
+        gap = out - 0.2 - 0.4
+        assert chair.behind_m == pytest.approx(max(0.0, LEG_ROOM_M - gap - inset_m), abs=2e-4)
 
 
 # Tables of the catalogue
