@@ -28,6 +28,7 @@ from hsbench.synth.render.contact import REACH_M, light_left
 from hsbench.synth.render.shading import GAMMA
 from hsbench.synth.render.sources import person_lighting, sources_of
 from hsbench.synth.render.tone import encode_srgb, toned
+from hsbench.synth.scene_meshes import facing
 from hsbench.typing import FloatArray, UInt8Array
 
 DIMMED = 0.4  # people are drawn at this share of their exposed light, so that bright ones are not clipped before toning
@@ -57,7 +58,7 @@ class Filming:
 
         camera, pose = self._camera, self.sensor.world_T_camera
         view = self.renderer.render(self._room.meshes, camera, pose, self.lights)
-        return _picture(view, background_rgb(self.scene, view.ids, self.renderer, camera, pose))
+        return _picture(view, background_rgb(self._shown, view.ids, self.renderer, camera, pose))
 
     def patch(self, background: Picture, timestamp_ns: int) -> Patch:
         """What people and moved things change of the background at one time; an empty mask when none is in view."""
@@ -89,7 +90,11 @@ class Filming:
 
     @cached_property
     def _room(self) -> MovedRoom:
-        return MovedRoom(self.scene, self.motions, self.sensor, self.renderer)
+        return MovedRoom(self._shown, self.motions, self.sensor, self.renderer)
+
+    @cached_property
+    def _shown(self) -> Scene:
+        return facing(self.scene, self.sensor.world_T_camera[:3, 3])
 
     @property
     def _camera(self) -> PinholeCamera:

@@ -15,6 +15,7 @@ from hsbench.synth.people.body import Body
 from hsbench.synth.people.channels import pose, standing
 from hsbench.synth.people.lying import LiePose, lie_down, lying_length_m
 from hsbench.synth.people.motion import SeatPose
+from hsbench.typing import FloatArray
 
 GRAZE_M = 0.05  # by which someone who lies may press into what is about them
 WIDTH_M = 0.55  # of a surface to lie on, at least
@@ -26,9 +27,7 @@ HEAD_ROOM_M = 0.20  # from the middle of the head to the end of the surface
 def lie_places(surface: Surface, body: Body) -> Iterator[tuple[SeatPose, LiePose]]:
     """Places to lie, reached by sitting on a side of a surface: the seated and the lying pose."""
     item, front = surface.item, surface.front
-    parts = [p for p in item.parts if p.role == surface.part.role and abs(_top(item, p) - surface.top_m) < LEVEL_M]
-    low = np.min([p.vertices[:, :2].min(axis=0) for p in parts], axis=0)
-    high = np.max([p.vertices[:, :2].max(axis=0) for p in parts], axis=0)
+    low, high = _extent(surface)
     across = int(abs(front[1]) > 0.5)
     size, length = high - low, lying_length_m(body)
     spare = size[1 - across] - length - HEAD_ROOM_M
@@ -54,6 +53,19 @@ def lies_free(seat: Seat, lie: LiePose, body: Body, obstacles: Obstacles) -> boo
     sitting = sit_on(standing(body, np.array(seat.stand_xy), seat.pose.yaw_rad), seat, CHECK_FPS)
     joints = pose(body, lie_down(sitting, lie, 1.0, CHECK_FPS).last(), CHECK_FPS, None)
     return bool((body_depth(obstacles, body, joints, seat.object_id) <= GRAZE_M).all())
+
+
+def _extent(surface: Surface) -> tuple[FloatArray, FloatArray]:
+    """Minimum and maximum corners (2,) of what there is to lie on, in the object's frame."""
+    item = surface.item
+    if surface.top is not None:
+        outline = np.concatenate(surface.top.outlines)
+        local = (outline - item.scene_T_object[:2, 3]) @ item.scene_T_object[:2, :2]
+        return local.min(axis=0), local.max(axis=0)
+    level = [p for p in item.parts if p.role == surface.part.role and p.solid is not None]
+    level = [p for p in level if abs(_top(item, p) - surface.top_m) < LEVEL_M]
+    corners = np.concatenate([p.vertices[:, :2] for p in level])
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def _top(item: SceneObject, part: Part) -> float:

@@ -1,4 +1,4 @@
-"""Whether a body fits where it is to be: its capsules against the solids of a scene."""
+"""Whether a body fits where it is to be: its capsules against the solids and meshes of a scene."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from hsbench.geometry.rays import PackedSolids, pack_solids, segments_blocked
 from hsbench.schema.scene import Scene, SceneObject
+from hsbench.synth.activities.mesh_contact import MeshObstacle, mesh_obstacle
 from hsbench.synth.people.body import Body, capsules
 from hsbench.truth.walkable import STEP_M
 from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
@@ -22,17 +23,19 @@ YIELDING = frozenset(("cushion",))  # what gives way wherever it lies
 class Obstacles:
     """S solids of a scene that a body can run into, packed. object_id: (S,) int32 whose they are; bounds: (S, 2, 3).
 
-    soft: (S,) bool, seats and mattresses with their bedding: they give way under who uses them.
+    soft: (S,) bool, seats and mattresses with their bedding: they give way under who uses them. meshes: of the objects
+    with mesh parts.
     """
 
     packed: PackedSolids
     object_id: Int32Array
     bounds: FloatArray
     soft: BoolArray
+    meshes: tuple[MeshObstacle, ...] = ()
 
     @classmethod
     def of(cls, scene: Scene) -> Obstacles:
-        """The solids of every object but cushions and those flat enough to be stepped on: the floor, rugs."""
+        """The parts of every object but cushions and those flat enough to be stepped on: the floor, rugs."""
         items = [item for item in scene.objects if item.category_name not in YIELDING]
         owned = [
             (item.object_id, solid, soft)
@@ -41,15 +44,17 @@ class Obstacles:
             if solid.bounds[1, 2] > STEP_M
         ]
         bounds = np.array([solid.bounds for _, solid, _ in owned]).reshape(-1, 2, 3)
+        meshes = [mesh_obstacle(scene, item) for item in items]
         return cls(
             pack_solids([solid for _, solid, _ in owned]),
             np.array([i for i, _, _ in owned], dtype=np.int32),
             bounds,
             np.array([soft for _, _, soft in owned], dtype=np.bool_),
+            tuple(mesh for mesh in meshes if mesh is not None),
         )
 
     def depth(self, points: FloatArray, radii: FloatArray, used_id: int = -1) -> FloatArray:
-        """(N, 3) points and (N,) radii -> (N,) metres by which balls about them reach into solids, 0 where they do not.
+        """(N, 3) points and (N,) radii -> (N,) metres by which balls about them reach into parts, 0 where they do not.
 
         used_id: the object one sits or lies on; its soft parts are left out. Near an edge of a solid this is an upper
         bound: the distance is that to the farthest of its planes.
@@ -59,17 +64,22 @@ class Obstacles:
         near = ((self.bounds[:, 0] <= high) & (self.bounds[:, 1] >= low)).all(axis=1)
         near &= ~(self.soft & (self.object_id == used_id))
         which = np.flatnonzero(near)
-        return np.asarray(_depth(points, radii, self.packed.planes, self.packed.plane_start, self.bounds, which))
+        depth = np.asarray(_depth(points, radii, self.packed.planes, self.packed.plane_start, self.bounds, which))
+        for mesh in self.meshes:
+            depth = np.maximum(depth, mesh.depth(points, radii, mesh.object_id == used_id))
+        return depth
 
     def block(self, origin: FloatArray, target: FloatArray) -> bool:
-        """Whether a solid cuts the straight line between two points (3,)."""
-        return bool(segments_blocked(origin, np.asarray(target)[None], self.packed)[0])
+        """Whether anything cuts the straight line between two points (3,)."""
+        if segments_blocked(origin, np.asarray(target)[None], self.packed)[0]:
+            return True
+        return any(mesh.cuts(origin, target) for mesh in self.meshes)
 
     def without(self, object_id: int) -> Obstacles:
         """The same without one object."""
         gone = self.object_id == object_id
         bounds = np.where(gone[:, None, None], np.array([[np.inf], [-np.inf]]), self.bounds)
-        return replace(self, bounds=bounds)
+        return replace(self, bounds=bounds, meshes=tuple(m for m in self.meshes if m.object_id != object_id))
 
     def with_moved(self, object_id: int, shift_xy: FloatArray) -> Obstacles:
         """The same with one object moved along the floor."""
@@ -78,7 +88,8 @@ class Obstacles:
             own = slice(self.packed.plane_start[row], self.packed.plane_start[row + 1])
             planes[own, 3] += planes[own, :2] @ shift_xy
             bounds[row, :, :2] += shift_xy
-        return replace(self, packed=replace(self.packed, planes=planes), bounds=bounds)
+        meshes = tuple(m.moved(shift_xy) if m.object_id == object_id else m for m in self.meshes)
+        return replace(self, packed=replace(self.packed, planes=planes), bounds=bounds, meshes=meshes)
 
 
 def body_depth(obstacles: Obstacles, body: Body, joints: FloatArray, used_id: int = -1) -> FloatArray:

@@ -15,9 +15,10 @@ from hsbench.geometry.capsules import segment_hits
 from hsbench.geometry.transforms import apply, invert
 from hsbench.schema.episode import NS_PER_S
 from hsbench.schema.motions import scene_at
-from hsbench.schema.scene import Scene
+from hsbench.schema.scene import Part, Scene, SceneObject
 from hsbench.synth.activities.contact import Obstacles, body_depth
 from hsbench.synth.activities.life import Life
+from hsbench.synth.activities.mesh_contact import first_hit
 from hsbench.synth.people import body as anatomy
 from hsbench.synth.people.body import J, capsules
 from hsbench.synth.people.joint_limits import limit_violations
@@ -207,14 +208,24 @@ def _seat_errors(scene: Scene, life: Life, joints: FloatArray) -> list[float]:
             rows = _rows(life, event)
             moves = life.motions.moves_at(int(life.events.start_ns[event]))
             shift = moves.get((item.object_id, ""), np.zeros(3))
+            pelvis, belly_m = joints[rows, J["spine_base"]], body.radius(anatomy.RADIUS_BELLY[0])
+            if part.solid is None:
+                found.append(_above_mesh(item, part, pelvis, belly_m))
+                continue
             corners = apply(item.scene_T_object, part.vertices + np.append(shift[:2], 0.0))
-            pelvis = joints[rows, J["spine_base"]]
-            over = np.abs(pelvis[:, 2] - corners[:, 2].max() - body.radius(anatomy.RADIUS_BELLY[0]))
+            over = np.abs(pelvis[:, 2] - corners[:, 2].max() - belly_m)
             local = apply(invert(item.scene_T_object), pelvis)[:, :2] - shift[:2]
             low, high = part.vertices[:, :2].min(axis=0), part.vertices[:, :2].max(axis=0)
             aside = np.sqrt(np.sum((local - np.clip(local, low, high)) ** 2, axis=1))
             found.append(float(np.maximum(over, aside).max()))
     return found
+
+
+def _above_mesh(item: SceneObject, part: Part, pelvis: FloatArray, belly_m: float) -> float:
+    """The worst difference of the heights (N, 3) of a pelvis above a mesh part, straight below, from a belly's."""
+    hits = [first_hit(item, part, point, np.array([0.0, 0.0, -1.0])) for point in pelvis[::EVERY]]
+    under = np.array([-np.inf if hit is None else hit[2] for hit in hits])
+    return float(np.abs(pelvis[::EVERY, 2] - under - belly_m).max(initial=0.0))
 
 
 def _speeds(life: Life, joints: FloatArray) -> list[float]:

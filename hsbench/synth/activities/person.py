@@ -44,6 +44,7 @@ SLICE_S = 20.0  # what takes longer is done in pieces
 SETTLE_S = 6.0  # between two shifts of weight
 JOIN_GAIN = 6.0  # how much likelier an activity is that others are at, for so much longer at least:
 LEAST_JOINED_S = 20.0
+SEATS_FIRST = 4.0  # how much likelier one who explores sits while there are seats that nobody has tried
 AGAIN_GAIN = 0.1  # and one that one has just done
 FEET_APART_M = 0.25  # of those who sit opposite each other
 CHECK_FRAMES = 10  # a gesture is tried against furniture every so many frames
@@ -81,7 +82,7 @@ class Person:
         self.used_id, self.obstacles = NO_SEAT, places.obstacles
         self.diary = Diary(frame, standing(self.body, xy, yaw_rad))
         self.seen = np.zeros_like(places.floor.free)
-        self.tried: set[object] = set()  # seats and parts used so far
+        self.unfit: set[int] = set()  # surfaces on which there was no room for this body
         self.atypical_due = 0
         self.last = EXPLORE
         self._remember(xy[None])
@@ -114,7 +115,7 @@ class Person:
         if not traffic.can_move(self.number, entrance.swept, diary.begin):
             return False
         traffic.go(self.number, diary.begin, chunk.xy, rest)
-        traffic.lend(self.number, entrance.object_id, entrance.swept, diary.begin, shut)
+        traffic.lend(self.number, entrance.object_id, entrance.swept, diary.begin, shut + 1)
         self.diary = diary = Diary(diary.begin, start)
         doing = diary.start("enter", entrance.object_id)
         diary.add(chunk, Action.STAND)
@@ -154,7 +155,8 @@ class Person:
     def _weights(self, activities: Sequence[Activity]) -> FloatArray:
         config = self.config
         if config.mode == "exploring":
-            return np.array([config.explore, config.sit, config.touch, config.look])
+            left = any(id(s) not in self.unfit and name_of(s) not in self.places.tried for s in self.places.surfaces)
+            return np.array([config.explore, config.sit * (SEATS_FIRST if left else 1.0), config.touch, config.look])
         hour = (config.start_hour + self.diary.frame / self.fps / 3600) % 24
         likely = weights(activities, hour, self.habits)
         likely[[not self.places.offers(activity) for activity in activities]] = 0.0
@@ -325,14 +327,15 @@ class Person:
         )
 
     def shuffled(self, things: Sequence[object]) -> list:  # type: ignore[type-arg]
-        """Some of the things in random order; in the exploring mode those not tried yet come first."""
+        """Some of the things in random order; in the exploring mode those nobody has tried yet come first."""
         order = self.rng.permutation(len(things)).tolist()
         if self.config.mode == "exploring":
-            order.sort(key=lambda k: _name(things[k]) in self.tried)
+            order.sort(key=lambda k: id(things[k]) in self.unfit or name_of(things[k]) in self.places.tried)
         return [things[k] for k in order[:TRIES]]
 
 
-def _name(thing: object) -> object:
+def name_of(thing: object) -> object:
+    """The object and the part that a surface or a thing to touch is."""
     if isinstance(thing, Surface):
         return thing.item.object_id, thing.part.name
     return (thing[0].object_id, thing[1].name) if isinstance(thing, tuple) else None

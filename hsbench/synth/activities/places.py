@@ -57,7 +57,10 @@ PLACES_TRIED = 4  # of a surface, before it counts as taken
 
 
 class Places:
-    """All places of a scene. floor: the cells that can be got to. Some things are never used: ``unused_share``."""
+    """All places of a scene. floor: the cells that can be got to. Some things are never used: ``unused_share``.
+
+    tried: what anybody has sat on or touched so far.
+    """
 
     def __init__(self, scene: Scene, walk: WalkMap, reachable: BoolArray, unused_share: float, seeds: Seeds) -> None:
         self.scene = scene
@@ -69,6 +72,7 @@ class Places:
         self.surfaces = [s for s in seat_surfaces(scene) if s.item.object_id in kept]
         self.ledges = [s for s in ledge_surfaces(scene) if s.item.object_id in kept]
         self.touchables = [(item, part) for item in self.used for part in item.parts if is_touchable(item, part)]
+        self.tried: set[object] = set()  # seats and parts used so far
         self._kept: dict[object, object] = {}
 
     def offers(self, activity: Activity) -> bool:
@@ -210,7 +214,7 @@ class Places:
     def _lying(self, surface: Surface, body: Body) -> Iterable[tuple[Seat, LiePose]]:
         for seat_pose, lie in lie_places(surface, body):
             seat = self._seat(surface, seat_pose, body)
-            if seat is not None and lies_free(seat, lie, body, self.obstacles):
+            if seat is not None and not seat.is_narrow and lies_free(seat, lie, body, self.obstacles):
                 yield seat, lie
 
 

@@ -41,6 +41,7 @@ def sit_somewhere(person: Person, activity: Activity, surfaces: Sequence[Surface
         seat = person.places.seat(surface, person.body, person.rng)
         if seat is None:
             reason = "the body does not fit"
+            person.unfit.add(id(surface))
             continue
         if not person.has_foot_room(seat):
             reason = "there is no room for the feet"
@@ -48,7 +49,7 @@ def sit_somewhere(person: Person, activity: Activity, surfaces: Sequence[Surface
         length_s = person.length_s(activity, person.config.sit_s)
         reason = yield from person.walk_to(np.array(seat.approach_xy), _arrival(surface, seat), seat.line)
         if not reason:
-            person.tried.add((seat.object_id, seat.part))
+            person.places.tried.add((seat.object_id, seat.part))
             yield from _sit_on(person, activity, surface, seat, length_s)
             return ""
     return reason

@@ -16,6 +16,7 @@ from hsbench.geometry.numerics import quantise_angle, quantise_m
 from hsbench.geometry.transforms import apply
 from hsbench.schema.scene import Part, SceneObject
 from hsbench.synth.activities.contact import Obstacles, body_depth
+from hsbench.synth.activities.mesh_contact import first_hit
 from hsbench.synth.people.body import Body, J
 from hsbench.synth.people.channels import Channels, concatenate, pose, standing
 from hsbench.synth.people.motion import reach, reach_both
@@ -39,6 +40,8 @@ PAD_M = 0.015  # from the tip of a finger's bone to what it touches
 HIT_M = 0.005  # a planned tip is so close to its point
 SIGHT_GAP_M = 0.02  # the line of sight ends so far before the surface
 GRAZE_M = 0.02  # by which a body may press into what is about it
+WAY_GRAZE_M = 0.03  # and an arm on its way
+WAY_FPS = 10.0
 STILL_FPS = 1.0  # frames posed one by one: at this rate nothing is smoothed over time
 OUTSIDE_M = 5.0  # far outside any part
 SIDE_NAMES = ("left", "right")
@@ -86,10 +89,12 @@ class StandingTouch:
 
 def is_touchable(item: SceneObject, part: Part) -> bool:
     """Whether a part is for hands: by its role, and tops and shelves by their height."""
-    if part.solid is None or part.role in UPRIGHT_ROLES:
-        return part.solid is not None
+    if part.role in UPRIGHT_ROLES:
+        return True
     if part.role not in FLAT_ROLES:
         return False
+    if part.solid is None:  # some of it may be of the right height
+        return True
     top = apply(item.scene_T_object, part.vertices)[:, 2].max()
     return TOP_HEIGHT_M[0] <= float(quantise_m(top)) <= TOP_HEIGHT_M[1]
 
@@ -148,8 +153,10 @@ def plan_touch(
         joints = pose(body, concatenate([reach_out(start, t, 1.0, STILL_FPS) for t in tries]), STILL_FPS, None)
         gap = np.sqrt(np.sum((joints[:, list(tries[0].tips)] - points) ** 2, axis=-1)).max(axis=1)
         good = (gap <= HIT_M) & (body_depth(obstacles, body, joints, used_id) <= GRAZE_M).all(axis=1)
-        if good.any():
-            return tries[int(np.argmax(good))]
+        for k in np.flatnonzero(good).tolist():
+            way = pose(body, reach_out(start, tries[k], 1.0, WAY_FPS), WAY_FPS, None)
+            if (body_depth(obstacles, body, way, used_id) <= WAY_GRAZE_M).all():
+                return tries[k]
     return None
 
 
@@ -193,7 +200,7 @@ def grip_points(item: SceneObject) -> tuple[Part, list[FloatArray]]:
 
 def touch_points(item: SceneObject, part: Part) -> list[SurfacePoint]:
     """Points on a part's surface worth a touch."""
-    return list(_points(item, part)) if part.solid is not None else []
+    return list(_points(item, part) if part.solid is not None else _points_on_mesh(item, part))
 
 
 def _tuples(points: FloatArray) -> tuple[tuple[float, float, float], ...]:
@@ -242,6 +249,32 @@ def _points(item: SceneObject, part: Part) -> Iterator[SurfacePoint]:
                 way = -outward
                 point = _entry(solid, world, way)
             if point is not None:
+                yield quantise_m(point - PAD_M * way), outward
+
+
+def _points_on_mesh(item: SceneObject, part: Part) -> Iterator[SurfacePoint]:
+    """From above onto tops, at a hand's height from in front onto everything else."""
+    low, high = part.vertices.min(axis=0), part.vertices.max(axis=0)
+    middle, size = (low + high) / 2, high - low
+    bottom, top = (
+        apply(item.scene_T_object, part.vertices)[:, 2].min(),
+        apply(item.scene_T_object, part.vertices)[:, 2].max(),
+    )
+    for front in ((0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)) if part.role == "top" else ((0.0, -1.0),):
+        axis = int(abs(front[1]) > 0.5)
+        outward = item.scene_T_object[:3, :3] @ np.array([*front, 0.0])
+        for along in ALONG_SHARES:
+            local = middle.copy()
+            local[1 - axis] += along * size[1 - axis]
+            if part.role == "top":
+                local[axis] += front[axis] * max(0.0, size[axis] / 2 - EDGE_INSET_M)
+                way = DOWN
+                through = apply(item.scene_T_object, local)
+            else:
+                through, way = apply(item.scene_T_object, local), -outward
+                through[2] = np.clip(np.clip(through[2], *UPRIGHT_HEIGHT_M), bottom + HIT_M, top - HIT_M)
+            point = first_hit(item, part, through - OUTSIDE_M * way, way)
+            if point is not None and (part.role != "top" or TOP_HEIGHT_M[0] <= point[2] <= TOP_HEIGHT_M[1]):
                 yield quantise_m(point - PAD_M * way), outward
 
 

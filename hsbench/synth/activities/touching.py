@@ -10,6 +10,7 @@ import numpy as np
 from hsbench.schema.states import Action
 from hsbench.synth.activities.catalogue import TOUCH, Activity
 from hsbench.synth.activities.diary import Undone
+from hsbench.synth.activities.mesh_contact import gap_m
 from hsbench.synth.activities.places import Touchable
 from hsbench.synth.activities.touches import Touch, reach_out
 from hsbench.synth.people.channels import OVERLAP_S, Channels, concatenate, pose_block
@@ -36,7 +37,7 @@ def touch_something(person: Person, activity: Activity) -> Steps:
             continue
         reason = yield from person.walk_to(np.array(found.stand_xy), found.yaw_rad, found.line)
         if not reason:
-            person.tried.add((thing[0].object_id, thing[1].name))
+            person.places.tried.add((thing[0].object_id, thing[1].name))
             length_s = person.length_s(activity, person.config.touch_s)
             person.is_at(activity, thing[0].object_id, length_s)
             doing = person.diary.start(activity.name, thing[0].object_id) if activity is not TOUCH else None
@@ -90,12 +91,9 @@ def _misses(person: Person, thing: Touchable, touch: Touch, before: Channels, fi
     frames ``before``, which begin at frame ``first``.
     """
     item, part = thing
-    assert part.solid is not None
     line = concatenate([before, held, held.hold(_lead(person))])
     joints = pose_block(person.body, line, first, person.fps, person.idle)[len(before) :][: len(held)]
-    solid = part.solid.transformed(item.scene_T_object)
-    gaps = [(joints[:, tip] @ solid.planes[:, :3].T - solid.planes[:, 3]).max(axis=1) for tip in touch.tips]
-    return bool((np.abs(np.stack(gaps)) > TOUCH_M).any())
+    return any(bool((gap_m(item, part, joints[:, tip], 2 * TOUCH_M) > TOUCH_M).any()) for tip in touch.tips)
 
 
 def _lead(person: Person) -> int:
