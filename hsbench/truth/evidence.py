@@ -1,6 +1,7 @@
 """What bodies have swept: for every voxel, when a body first held its centre.
 
-Space that a body has held is free of solids: the evidence that activity gives of what no camera sees.
+Space that a body has held is free of solids: the evidence that activity gives of what no camera sees. Where chairs are
+drawn back and put back, it was free for a while only: truth at t0 may hold a chair there.
 """
 
 from __future__ import annotations
