@@ -38,6 +38,7 @@ def main(survey: Path, out: Path) -> None:
         sizes = np.array([size for s in scenes for kind, *size in s["sizes_m"] if kind == name])
         if len(sizes):
             print(f"| {name} | {number} | {' x '.join(f'{v:.2f}' for v in np.median(sizes, axis=0))} |")
+    out.mkdir(parents=True, exist_ok=True)
     plot(scenes, rooms, out / "scene-statistics.png")
 
 
