@@ -6,20 +6,15 @@ units under way; running the same command again makes what is missing.
 
 from __future__ import annotations
 
-import os
 import shutil
-import signal
-import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
-from multiprocessing import active_children, get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from threading import Thread
 from typing import Any
 
 from hsbench import __version__
@@ -34,9 +29,9 @@ from hsbench.schema.categories import CATEGORIES
 from hsbench.synth.recipes import Recipe, Unit, find_recipe
 from hsbench.synth.render import Renderer, RendererName, open_renderer, resolve
 from hsbench.synth.seeds import Seeds
+from hsbench.synth.workers import worker_pool
 
 LICENCE = "CC-BY-4.0"
-PARENT_CHECK_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -88,36 +83,15 @@ def _in_turn(job: Job, units: Sequence[tuple[int, str]], out: Path) -> Iterator[
 
 
 def _in_parallel(job: Job, units: Sequence[tuple[int, str]], out: Path, workers: int) -> Iterator[str]:
-    others = set(active_children())
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_start_worker)
     try:
-        futures = [pool.submit(make_unit, job, unit, out) for unit in units]
-        for future in as_completed(futures):
-            yield from future.result()
+        with worker_pool(workers) as pool:
+            futures = [pool.submit(make_unit, job, unit, out) for unit in units]
+            for future in as_completed(futures):
+                yield from future.result()
     except BrokenProcessPool as error:
         raise DataError(f"a worker died (out of memory?); {out} is whole: run the same command again") from error
-    except (KeyboardInterrupt, GeneratorExit):
-        for process in set(active_children()) - others:  # who stops us does not want to wait for units under way
-            process.terminate()
-        raise
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
         _remove_leftovers(out)
-
-
-def _start_worker() -> None:
-    """Ctrl-C is the parent's business, and without a parent there is none. One thread draws: software GL threads of
-    several processes slow each other down (measured on two cores: two workers gave 1.5x with them, 2.0x without).
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.setdefault("LP_NUM_THREADS", "0")
-    Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
-
-
-def _end_with(parent: int) -> None:
-    while os.getppid() == parent:
-        time.sleep(PARENT_CHECK_S)
-    os._exit(1)
 
 
 def _remove_leftovers(out: Path) -> None:

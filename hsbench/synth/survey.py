@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +15,7 @@ from hsbench.synth.placement import CameraConfig, place_rgbd
 from hsbench.synth.rooms import COMMON_TEMPLATES, NOVEL_TEMPLATES, HomeConfig, RoomConfig, build_home, build_scene
 from hsbench.synth.rooms.templates import even_weights
 from hsbench.synth.seeds import Seeds
+from hsbench.synth.workers import worker_pool
 from hsbench.truth.sight import ray_image
 from hsbench.truth.usability import Uses, uses
 from hsbench.truth.validity import Faults, faults
@@ -57,8 +56,7 @@ def survey(numbers: range, seed: int, workers: int = 1) -> Iterator[Surveyed]:
         for number in numbers:
             yield surveyed(number, seed)
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context) as pool:
+    with worker_pool(workers) as pool:
         yield from pool.map(surveyed, numbers, [seed] * len(numbers), chunksize=4)
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
 from hsbench.synth.activities.config import MODES, LifeConfig
@@ -14,6 +12,7 @@ from hsbench.synth.activities.measures import Measures, measure
 from hsbench.synth.activities.schedule import COMMON_HABITS, NOVEL_HABITS
 from hsbench.synth.seeds import Seeds
 from hsbench.synth.survey import SINGLE_EVERY, drawn_scene
+from hsbench.synth.workers import worker_pool
 
 PEOPLE, DURATION_S = 3, 600.0
 WARM_UP_S = 20.0
@@ -26,7 +25,7 @@ def survey(count: int, seed: int, workers: int = 1) -> Iterator[Measures]:
         lived(0, seed, WARM_UP_S)  # compiled functions are loaded before time is taken
         yield from (lived(number, seed) for number in range(count))
         return
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+    with worker_pool(workers) as pool:
         yield from pool.map(lived, range(count), [seed] * count)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hsbench.geometry.polygons import outline_distance
 from hsbench.synth.furniture.pieces import pick
 from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.living import rug
@@ -59,12 +60,17 @@ def _cornered(ctx: Context, frame: Piece, rng: np.random.Generator) -> Iterator[
     sideways = [
         p
         for t in (turn, -turn)
-        for wall, at, p in along_walls(ctx, frame, rng, "corner", turn=t)
-        # Turned to the left, its head is where the wall ends; turned to the right, where it begins.
-        if (wall.length_m - at if t > 0 else at) < frame.depth / 2 + HEAD_GAP_M
+        for _, _, p in along_walls(ctx, frame, rng, "corner", turn=t)
+        if _head_m(ctx, frame, p) < HEAD_GAP_M
     ]
     yield from (*sideways, *beside) if rng.random() < SIDEWAYS_SHARE else (*beside, *sideways)
     yield from (p for _, _, p in heads)
+
+
+def _head_m(ctx: Context, frame: Piece, pose: Pose) -> float:
+    """From the head of a bed to the nearest wall: where a wall ends the room may go on round the corner."""
+    head = pose.then(0.0, frame.depth / 2)
+    return float(outline_distance(ctx.layout.shell.outline_xy, np.array([head.x, head.y])))
 
 
 def _night_stands(frame: Piece, stand: Piece, pose: Pose) -> list[Item]:
