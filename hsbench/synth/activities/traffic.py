@@ -266,19 +266,7 @@ def _clear_line(free: BoolArray, origin: FloatArray, cell: float, line: FloatArr
 @numba.njit(cache=True)
 def _flooded(free: BoolArray, start: IntArray) -> int:
     """How many free cells one gets to from a cell (2,), which counts itself free."""
-    seen = ~free
-    stack = [(start[0], start[1])]
-    seen[start[0], start[1]] = True
-    count = 0
-    while len(stack) > 0:
-        i, j = stack.pop()
-        count += 1
-        for di, dj in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            k, m = i + di, j + dj
-            if 0 <= k < free.shape[0] and 0 <= m < free.shape[1] and not seen[k, m]:
-                seen[k, m] = True
-                stack.append((k, m))
-    return count
+    return _take(free.copy(), start)
 
 
 @numba.njit(cache=True)
