@@ -21,6 +21,7 @@ COMMANDS = {
     "generate": "make a data set from a recipe",
     "verify": "check a data set's files and contents",
     "info": "what a data set holds",
+    "view": "an episode as a contact sheet and a clip",
     "import": "bring a real capture or a 3D scene into the schema",
     "export": "a scene as GLB, JSON or plan drawing",
     "tasks": "list the tasks",

@@ -55,7 +55,7 @@ def command(
 
 def _verify_data(data: Path, as_json: bool) -> bool:
     from hsbench.datasets.dataset import load
-    from hsbench.datasets.verify import verify_episode, verify_files
+    from hsbench.datasets.verify import verify_episode, verify_files, verify_views
 
     episodes = load(data, truth=True)
     faults = verify_files(data)
@@ -64,6 +64,7 @@ def _verify_data(data: Path, as_json: bool) -> bool:
             faults += verify_episode(episodes[index])
         except HsbenchError as error:
             faults.append(str(error))
+    faults += [fault for found in verify_views(episodes) for fault in found]
     if as_json:
         print_json({"data": str(data), "episodes": len(episodes), "faults": faults})
     else:

@@ -13,6 +13,7 @@ from hsbench.io.checksums import sha256_file
 from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, MANIFEST_FILE, read_index
 from hsbench.io.depth_noise import preset
 from hsbench.io.episodes import read_episode
+from hsbench.io.image_noise import image_preset
 from hsbench.io.strict_json import read_json
 from hsbench.schema.episode import Episode
 
@@ -23,8 +24,8 @@ DATA_VARIABLE = "HSBENCH_DATA"
 class Dataset(Sequence[Episode]):
     """Episodes of a folder, read when indexed. Build one with ``load``.
 
-    root: the folder. rows: the chosen rows of its index, in order. truth, until_s, frames, depth_noise: how an
-    episode is read (see ``load``).
+    root: the folder. rows: the chosen rows of its index, in order. truth, until_s, frames, depth_noise,
+    image_noise: how an episode is read (see ``load``).
     """
 
     root: Path
@@ -33,6 +34,7 @@ class Dataset(Sequence[Episode]):
     until_s: float | None = None
     frames: bool = True
     depth_noise: str | None = None
+    image_noise: str | None = None
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -87,7 +89,13 @@ class Dataset(Sequence[Episode]):
     def _read(self, row: dict[str, Any]) -> Episode:
         folder = self.root / EPISODES_FOLDER / row["episode_id"]
         try:
-            episode = read_episode(folder, truth=self.truth, frames=self.frames, depth_noise=self.depth_noise)
+            episode = read_episode(
+                folder,
+                truth=self.truth,
+                frames=self.frames,
+                depth_noise=self.depth_noise,
+                image_noise=self.image_noise,
+            )
         except DataError as error:
             raise DataError(f"{error} (hsbench verify lists all that is damaged)") from error
         return episode if self.until_s is None else episode.until(self.until_s)
@@ -101,17 +109,21 @@ def load(
     until_s: float | None = None,
     frames: bool = True,
     depth_noise: str | None = None,
+    image_noise: str | None = None,
 ) -> Dataset:
     """A data set by the path of its folder, or by name inside the folder that ``$HSBENCH_DATA`` names.
 
     split: only its episodes. truth: hand out truth too. until_s: inputs as after so many seconds of watching.
-    frames: False leaves pictures out. depth_noise: a preset in place of the recorded one (``none`` is an oracle).
+    frames: False leaves pictures out. depth_noise, image_noise: presets in place of the recorded ones (``none`` is an
+    oracle).
     Raises DataError if there is no such data set, or the split has no episode in it.
     """
     if until_s is not None and not (isinstance(until_s, int | float) and until_s >= 0):
         raise SchemaError(f"until_s is {until_s!r}; expected seconds >= 0")
     if depth_noise is not None:
         preset(depth_noise)
+    if image_noise is not None:
+        image_preset(image_noise)
     root = _find(name_or_path)
     rows = read_index(root)
     if split is not None:
@@ -119,7 +131,7 @@ def load(
         rows = [row for row in rows if row["split"] == split]
         if not rows:
             raise DataError(f"{root} has no episode of split {split!r}; found {', '.join(known) or 'none'}")
-    return Dataset(root, tuple(rows), truth, until_s, frames, depth_noise)
+    return Dataset(root, tuple(rows), truth, until_s, frames, depth_noise, image_noise)
 
 
 def _find(name_or_path: str | Path) -> Path:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from hsbench.datasets.dataset import Dataset
+from hsbench.datasets.geometry_checks import geometry_faults, view_faults
+from hsbench.errors import HsbenchError
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.io.dataset_index import verify_files
 from hsbench.schema.episode import Episode
 from hsbench.schema.states import VoxelState
 from hsbench.truth.sight import depth_states
 
-__all__ = ["verify_episode", "verify_files"]
+__all__ = ["verify_episode", "verify_files", "verify_views"]
 
 STATE_AGREEMENT = 0.995
 """Share of voxels in view whose state from the stored clean depth (whole millimetres) equals the stored state."""
@@ -20,7 +25,21 @@ POSE_ERROR_M = 0.25
 
 def verify_episode(episode: Episode) -> list[str]:
     """Every fault of an episode read with truth, a line each."""
-    return [f"{episode.episode_id}: {fault}" for check in (_pictures, _states, _poses) for fault in check(episode)]
+    checks = (_pictures, _states, _poses, geometry_faults)
+    return [f"{episode.episode_id}: {fault}" for check in checks for fault in check(episode)]
+
+
+def verify_views(dataset: Dataset) -> Iterator[list[str]]:
+    """Faults among the episodes of each room that several sensors filmed; ``dataset`` was loaded with truth."""
+    rooms: dict[str, list[int]] = {}
+    for index, row in enumerate(dataset.rows):
+        if row["n_frames"]:
+            rooms.setdefault(row["scene_id"], []).append(index)
+    for indices in rooms.values():
+        try:
+            yield list(view_faults([dataset[index] for index in indices])) if len(indices) > 1 else []
+        except HsbenchError:
+            yield []  # ``verify_episode`` says why it cannot be read
 
 
 def _pictures(episode: Episode) -> list[str]:

@@ -1,0 +1,198 @@
+"""Does an episode's truth agree with itself? Pictures, boxes, voxels, bodies and views against exact geometry.
+
+Each check returns faults, a line each, none where it is kept or has nothing to look at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_dilation, maximum_filter, minimum_filter
+
+from hsbench.geometry.cameras import TopDownCamera
+from hsbench.geometry.rays import pack_solids, segments_blocked
+from hsbench.geometry.transforms import apply, invert, planar
+from hsbench.schema.episode import Episode
+from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
+from hsbench.truth.sight import ray_image
+from hsbench.typing import AnyArray, BoolArray, FloatArray
+
+DEPTH_M = 0.002
+"""Clean depth is stored in whole millimetres and drawn in float32 by some renderers."""
+SHARE = 0.999
+"""Of pixels, points or joints that must fit: a ray may graze an edge on either side of it."""
+BODY_SHARE = 0.99
+"""Of joints: in a sharply bent limb one may lie a little outside of the skin."""
+VIEW_M = 0.01
+VIEW_POINTS = 1000
+LIFT_M = 0.005
+"""A point is looked at from so far before its surface: it must not hide itself."""
+EDGE_M = 0.05
+"""Where depth changes by more among neighbouring pixels there is an edge, and which side a point is on is chance."""
+
+
+def geometry_faults(episode: Episode) -> Iterator[str]:
+    """Faults of one generated episode; one without pictures and their truth has nothing to look at."""
+    view = _View.of(episode)
+    if view is None or isinstance(episode.sensor.camera, TopDownCamera):
+        return
+    yield from _depth_faults(view)
+    yield from _box_faults(view)
+    yield from _solid_faults(view)
+    yield from _body_faults(episode)
+
+
+def _depth_faults(view: _View) -> Iterator[str]:
+    """Clean depth and ids at t0 against exact rays, where nobody stands."""
+    camera = view.episode.sensor.camera
+    assert not isinstance(camera, TopDownCamera)
+    exact = ray_image(view.scene, camera, view.episode.sensor.world_T_camera)
+    room = view.ids <= PERSON_ID_OFFSET
+    near = np.abs(np.where(np.isfinite(exact.depth_m), exact.depth_m, 0.0) - view.depth_m) <= DEPTH_M
+    if (share := float(near[room].mean())) < SHARE:
+        yield f"depth at t0 is within {1000 * DEPTH_M:g} mm of exact rays on {share:.2%}; expected {SHARE:.1%}"
+    object_ids = np.array([item.object_id for item in view.scene.objects] + [0])  # the last is what -1 stands for
+    alike = object_ids[exact.owner] == view.ids
+    if (share := float(alike[room].mean())) < SHARE:
+        yield f"ids at t0 are those of exact rays on {share:.2%}; expected {SHARE:.1%}"
+
+
+def _box_faults(view: _View) -> Iterator[str]:
+    """Every object's box holds the points that show it."""
+    for item in view.scene.objects:
+        points = view.points[view.point_ids == item.object_id]
+        if not len(points):
+            continue
+        local = apply(invert(planar(*map(float, item.box[[0, 1, 6, 2]]))), points)
+        share = float((np.abs(local) <= item.box[3:6] / 2 + DEPTH_M).all(axis=1).mean())
+        if share < SHARE:
+            yield f"box of {item.category_name} {item.object_id} holds {share:.2%} of its points; expected {SHARE:.1%}"
+
+
+def _solid_faults(view: _View) -> Iterator[str]:
+    """Every point of the picture at t0 lies within one voxel of a solid one, as far as the grid goes."""
+    truth = view.episode.truth
+    if truth is None or truth.occupancy is None:
+        return
+    grid = truth.occupancy.grid
+    near = binary_dilation(truth.occupancy.solid, np.ones((3, 3, 3)))
+    index, inside = grid.index(view.points)
+    # At the rim the solid voxel next to a point may lie outside of the grid.
+    inside &= ((index > 0) & (index < np.array(grid.shape) - 1)).all(axis=1)
+    if inside.any() and (share := float(near[tuple(index[inside].T)].mean())) < SHARE:
+        yield f"{share:.2%} of the points at t0 lie within a voxel of a solid; expected {SHARE:.1%}"
+
+
+def _body_faults(episode: Episode) -> Iterator[str]:
+    """Joints lie inside the bodies drawn: where nothing is before a joint, its pixel shows its person.
+
+    The last joints of limbs lie on the skin and are left out.
+    """
+    truth = episode.truth
+    assert truth is not None
+    assert truth.frames is not None
+    if truth.poses is None:
+        return
+    poses = truth.poses.poses
+    assert poses.joints_m is not None  # true poses have them
+    inner = sorted({parent for parent, _ in poses.layout.bones})
+    camera, camera_T_world = episode.sensor.camera, invert(episode.sensor.world_T_camera)
+    hits: list[BoolArray] = [np.zeros(0, dtype=np.bool_)]
+    stamps = episode.frames.timestamps_ns
+    for index in np.flatnonzero(np.isin(stamps, poses.timestamp_ns)):
+        rows = np.flatnonzero(poses.timestamp_ns == stamps[index])
+        pixels, depth = camera.project(apply(camera_T_world, poses.joints_m[rows][:, inner].astype(np.float64)))
+        inside = camera.contains(pixels)
+        if not inside.any():
+            continue
+        frame = truth.frames[int(index)]
+        assert frame.instance is not None
+        assert frame.depth_m is not None
+        people = np.broadcast_to(PERSON_ID_OFFSET + poses.track_id[rows, None], inside.shape)[inside]
+        column, row = pixels[inside].astype(np.int64).T
+        shown = frame.instance[row, column] == people
+        hits.append(shown[shown | (frame.depth_m[row, column] > depth[inside])])
+    joints = np.concatenate(hits)
+    if len(joints) and (share := float(joints.mean())) < BODY_SHARE:
+        yield f"{share:.2%} of the joints in view lie in their person's picture; expected {BODY_SHARE:.0%}"
+
+
+def view_faults(episodes: Sequence[Episode]) -> Iterator[str]:
+    """Episodes of one room by several sensors: a point that both see lies in one place."""
+    for a in episodes:
+        for b in episodes:
+            share = None if a is b else agreement(a, b)
+            if share is not None and share < SHARE:
+                yield (
+                    f"{share:.2%} of the points that {a.episode_id} and {b.episode_id} both see at t0 lie in one place "
+                    f"to {100 * VIEW_M:g} cm; expected {SHARE:.1%}"
+                )
+
+
+def agreement(a: Episode, b: Episode) -> float | None:
+    """Share of the points in a's picture at t0 that b sees too and shows within VIEW_M; None where there are none.
+
+    Who sees a point is asked of exact rays against convex parts.
+    """
+    views = [_View.of(episode) for episode in (a, b)]
+    if any(view is None or isinstance(view.episode.sensor.camera, TopDownCamera) for view in views):
+        return None
+    one, other = views
+    assert one is not None
+    assert other is not None
+    chosen = np.linspace(0, len(one.points) - 1, VIEW_POINTS).astype(np.int64)
+    points = apply(_transform(other.scene, one.scene), one.points[chosen])
+    camera, world_T_camera = b.sensor.camera, b.sensor.world_T_camera
+    pixels, depth = camera.project(apply(invert(world_T_camera), points))
+    inside = camera.contains(pixels)
+    column, row = np.where(inside[:, None], pixels, 0).astype(np.int64).T
+    around = _spread(other.depth_m)[row, column]
+    compared = inside & (around < EDGE_M) & (other.ids[row, column] <= PERSON_ID_OFFSET)
+    eye = world_T_camera[:3, 3]
+    towards = (eye - points) / np.linalg.norm(eye - points, axis=1, keepdims=True)
+    solids = pack_solids([solid for item in other.scene.objects for solid in item.solids])
+    compared[compared] = ~segments_blocked(eye, (points + LIFT_M * towards)[compared], solids)
+    if not compared.any():
+        return None
+    gap = np.abs(depth - other.depth_m[row, column])[compared]
+    return float((gap <= VIEW_M + around[compared]).mean())
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """What an episode's sensor showed at t0: clean depth and ids (h, w), and points (N, 3) of what is no person."""
+
+    episode: Episode
+    scene: Scene
+    depth_m: FloatArray
+    ids: AnyArray
+    points: FloatArray
+    point_ids: AnyArray
+
+    @classmethod
+    def of(cls, episode: Episode) -> _View | None:
+        """None for an episode without pictures or truth of them."""
+        truth = episode.truth
+        if truth is None or truth.scene is None or truth.frames is None or not len(truth.frames):
+            return None
+        first = truth.frames[0]
+        if first.depth_m is None or first.instance is None:
+            return None
+        depth_m, ids = first.depth_m.astype(np.float64), first.instance
+        shown = (depth_m > 0) & (ids <= PERSON_ID_OFFSET)
+        points = apply(episode.sensor.world_T_camera, episode.sensor.camera.unproject(depth_m)[shown])
+        return cls(episode, truth.scene, depth_m, ids, points, ids[shown])
+
+
+def _spread(depth_m: FloatArray) -> FloatArray:
+    """(h, w) by how much depth differs among a pixel and its eight neighbours."""
+    return maximum_filter(depth_m, 3) - minimum_filter(depth_m, 3)
+
+
+def _transform(b: Scene, a: Scene) -> FloatArray:
+    """(4, 4) b_T_a of one room told in two frames: by the objects they share."""
+    places = {item.object_id: item.scene_T_object for item in a.objects}
+    item = next(item for item in b.objects if item.object_id in places)
+    return item.scene_T_object @ invert(places[item.object_id])
