@@ -25,6 +25,8 @@ from hsbench.schema.scene import Scene
 from hsbench.typing import AnyArray
 
 SCENE_FILE = "scene.json"
+SCENE_FILES = (SCENE_FILE, "scene.npz")
+"""What ``read_scene`` reads."""
 
 
 def write_scene(

@@ -16,6 +16,7 @@ from typing import Any
 
 from hsbench.errors import DataError
 from hsbench.io.resources import resource
+from hsbench.io.scene_folder import SCENE_FILE, SCENE_FILES
 from hsbench.schema.episode import Episode
 from hsbench.synth.render import Renderer
 from hsbench.synth.seeds import Seeds
@@ -92,7 +93,19 @@ def find_recipe(name_or_path: str) -> Recipe:
         table = tomllib.loads(config.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
         raise DataError(f"{config} is no readable TOML: {error}") from error
+    if "scene" in table:
+        table["scene"] = str(_imported_scene(folder, table["scene"], digest))
     return Recipe(name, folder, table, digest.hexdigest(), build)
+
+
+def _imported_scene(folder: Path, scene: object, digest: hashlib._Hash) -> Path:
+    """The scene folder that a recipe names, relative to its own folder; what is in it decides what is made, too."""
+    path = folder / str(scene)
+    if not isinstance(scene, str) or not (path / SCENE_FILE).is_file():
+        raise DataError(f"recipe {folder.name}: scene is {scene!r}; expected a folder that hsbench import scene made")
+    for name in SCENE_FILES:
+        digest.update(name.encode() + b"\0" + (path / name).read_bytes() + b"\0")
+    return path.resolve()
 
 
 def _engine_files() -> list[Path]:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from hsbench.geometry.grids import VoxelGrid
+from hsbench.io.scene_folder import read_scene
 from hsbench.schema.scene import Scene
 from hsbench.synth.activities import LifeConfig
 from hsbench.synth.activities.schedule import NOVEL_HABITS
 from hsbench.synth.config import settings
 from hsbench.synth.detectors import DetectorConfig, detector
 from hsbench.synth.furniture import COMMON_FAMILIES, NOVEL_FAMILIES
-from hsbench.synth.placement import CameraConfig
+from hsbench.synth.placement import CameraConfig, camera_config
 from hsbench.synth.rooms import COMMON_TEMPLATES, NOVEL_TEMPLATES, TEMPLATES, RoomConfig, build_scene
 from hsbench.synth.rooms.templates import even_weights
 from hsbench.synth.seeds import Seeds
@@ -44,7 +46,10 @@ class RgbdConfig:
 
 @dataclass(frozen=True)
 class RgbdSettings:
-    """The sections [room], [life], [camera], [poses] and [recording] of a recipe's ``config.toml``, for one split."""
+    """The sections [room], [life], [camera], [poses] and [recording] of a recipe's ``config.toml``, for one split.
+
+    imported: the scene folder that ``scene`` names, filmed in place of generated rooms.
+    """
 
     room: RoomConfig
     families: tuple[str, ...]
@@ -52,6 +57,7 @@ class RgbdSettings:
     camera: CameraConfig
     detector: DetectorConfig
     recording: RgbdConfig
+    imported: Path | None = None
 
     @classmethod
     def of(cls, config: Mapping[str, Any], split: str) -> RgbdSettings:
@@ -66,11 +72,14 @@ class RgbdSettings:
             replace(settings(RoomConfig, config["room"], "room"), templates=even_weights(tuple(names))),
             NOVEL_FAMILIES if novel else COMMON_FAMILIES,
             replace(life, habits=NOVEL_HABITS) if novel else life,
-            settings(CameraConfig, config["camera"], "camera"),
+            camera_config(config["camera"], "camera"),
             detector(config["poses"], "poses"),
             settings(RgbdConfig, config["recording"], "recording"),
+            Path(config["scene"]) if "scene" in config else None,
         )
 
     def scene(self, scene_id: str, seeds: Seeds) -> Scene:
-        """One furnished room."""
+        """One furnished room, or the imported one, which keeps its own id."""
+        if self.imported is not None:
+            return read_scene(self.imported)
         return build_scene(scene_id, seeds, self.room, self.families)

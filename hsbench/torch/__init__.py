@@ -1,0 +1,14 @@
+"""Data sets for training with torch: frames, clips and episodes as tensors, and augmentations that keep them true."""
+
+try:
+    import torch as _torch  # noqa: F401
+except ModuleNotFoundError as error:
+    from hsbench.errors import MissingExtraError
+
+    raise MissingExtraError("hsbench.torch", error.name or "torch", "torch") from error
+
+from hsbench.torch.datasets import ClipDataset, EpisodeDataset, FrameDataset, collate
+from hsbench.torch.samples import Sample
+from hsbench.torch.transforms import cropped, mirrored, turned
+
+__all__ = ["ClipDataset", "EpisodeDataset", "FrameDataset", "Sample", "collate", "cropped", "mirrored", "turned"]

@@ -1,0 +1,115 @@
+"""Torch data sets: the loader's own values, any number of workers, the same augmentation whoever draws it."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hsbench import load
+from hsbench.errors import DataError
+
+torch = pytest.importorskip("torch", reason="the extra torch is not installed")
+
+from torch.utils.data import DataLoader  # noqa: E402
+
+from hsbench.torch import ClipDataset, EpisodeDataset, FrameDataset, Sample, collate, mirrored  # noqa: E402
+
+
+def sometimes_mirrored(sample: Sample, rng: np.random.Generator) -> Sample:
+    return mirrored(sample) if rng.random() < 0.5 else sample
+
+
+def test_frames_are_those_of_the_loader(rgbd: Path) -> None:
+    data = load(rgbd, truth=True)
+    frames = FrameDataset(data)
+    assert len(frames) == sum(row["n_frames"] for row in data.rows)
+    item, episode = frames[3], data[0]
+    assert item["rgb"].shape == (3, *episode.frames[3].rgb.shape[:2])
+    assert np.array_equal(item["rgb"].numpy(), episode.frames[3].rgb.transpose(2, 0, 1))
+    assert np.array_equal(item["depth_m"].numpy(), episode.frames[3].depth_m)
+    assert np.array_equal(item["instance"].numpy(), episode.truth.frames[3].instance)
+    assert int(item["timestamps_ns"]) == episode.frames[3].timestamp_ns
+    assert item["camera"] == episode.sensor.camera
+    gap = np.abs(episode.poses.timestamp_ns - episode.frames[3].timestamp_ns)
+    if gap.min() <= 1e8:
+        assert set(item["pose_ns"].tolist()) == {int(episode.poses.timestamp_ns[gap.argmin()])}
+    else:
+        assert len(item["pose_ns"]) == 0
+
+
+def test_without_truth_there_is_none(rgbd: Path) -> None:
+    for item in (FrameDataset(load(rgbd))[0], EpisodeDataset(load(rgbd))[0], ClipDataset(load(rgbd), 2)[0]):
+        hidden = {"instance", "semantic", "boxes", "box_class", "box_visibility", "affordance", "solid"}
+        assert not hidden & item.keys()
+
+
+def test_clips(rgbd: Path) -> None:
+    data = load(rgbd)
+    counts = [row["n_frames"] for row in data.rows]
+    clips = ClipDataset(data, 3, stride=2)
+    assert len(clips) == sum(n // 5 for n in counts)
+    times = data[0].frames.timestamps_ns
+    second = clips[1]
+    assert second["timestamps_ns"].tolist() == times[[5, 7, 9]].tolist()
+    assert second["rgb"].shape[:2] == (3, 3)
+    poses = data[0].poses.timestamp_ns
+    assert second["pose_ns"].tolist() == poses[(poses >= times[5]) & (poses <= times[9])].tolist()
+    assert len(ClipDataset(data, 3, stride=2, step=1)) == sum(n - 4 for n in counts)
+    with pytest.raises(DataError, match=r"has no episode of the 1000 frames of a clip; longest: \d+"):
+        ClipDataset(data, 1000)
+
+
+def test_batches_are_padded_and_masked(rgbd: Path) -> None:
+    data = load(rgbd, truth=True)
+    episodes = EpisodeDataset(data)
+    batch = collate([episodes[k] for k in range(4)])
+    for k in range(4):
+        poses, boxes = data[k].poses, episodes[k]["boxes"]
+        assert batch["pose_mask"][k].sum() == len(poses)
+        assert np.array_equal(batch["joints_m"][k][batch["pose_mask"][k]], poses.joints_m, equal_nan=True)
+        assert torch.isnan(batch["joints_m"][k][~batch["pose_mask"][k]]).all()
+        assert torch.equal(batch["boxes"][k][batch["box_mask"][k]], boxes)
+    assert batch["rgb"].shape[0] == 4
+    assert len(batch["camera"]) == 4
+    with pytest.raises(DataError, match=r"items of a batch differ in .*boxes"):
+        collate([episodes[0], EpisodeDataset(load(rgbd))[0]])
+
+
+@pytest.mark.slow
+def test_augmentation_does_not_depend_on_workers(rgbd: Path) -> None:
+    frames = FrameDataset(load(rgbd), transform=sometimes_mirrored)
+
+    def epoch(workers: int, seed: int) -> list[int]:
+        generator = torch.Generator().manual_seed(seed)
+        loader = DataLoader(
+            frames, batch_size=4, num_workers=workers, generator=generator, collate_fn=collate,
+            multiprocessing_context="spawn",
+        )  # fmt: skip
+        return [int(batch["rgb"].long().mul(torch.arange(batch["rgb"].shape[-1])).sum()) for batch in loader]
+
+    assert epoch(1, 0) == epoch(2, 0)
+    assert epoch(1, 0) != epoch(1, 1)
+
+
+def test_augmentation_follows_torch_s_seed_in_process(rgbd: Path) -> None:
+    frames = FrameDataset(load(rgbd), transform=sometimes_mirrored)
+
+    def drawn(seed: int) -> list[bool]:
+        torch.manual_seed(seed)
+        return [bool(torch.equal(frames[0]["rgb"], plain)) for _ in range(16)]
+
+    plain = FrameDataset(load(rgbd))[0]["rgb"]
+    assert drawn(0) == drawn(0)
+    assert drawn(0) != drawn(1)
+    assert 2 < sum(drawn(0)) < 14
+
+
+def test_a_data_set_travels(rgbd: Path) -> None:
+    frames = FrameDataset(load(rgbd))
+    first = frames[0]
+    packed = pickle.dumps(frames)
+    assert len(packed) < 100_000, "paths travel, not pictures"
+    assert torch.equal(pickle.loads(packed)[0]["rgb"], first["rgb"])
