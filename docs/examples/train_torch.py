@@ -31,9 +31,9 @@ def main(folder):
     torch.manual_seed(0)
     train = EpisodeDataset(load(folder, "train", truth=True), transform=sometimes_mirrored)
     val = EpisodeDataset(load(folder, "val", truth=True))
-    widths = (3, 16, 32, 32)
-    layers = [m for a, b in zip(widths, widths[1:]) for m in (nn.Conv2d(a, b, 7, padding=3), nn.ReLU())]
-    network = nn.Sequential(*layers, nn.Conv2d(widths[-1], CLASSES, 1))
+    network = nn.Sequential(
+        nn.Conv2d(3, 16, 7, padding=3), nn.ReLU(), nn.Conv2d(16, 32, 7, padding=3), nn.ReLU(), nn.Conv2d(32, CLASSES, 1)
+    )
     optimiser = torch.optim.Adam(network.parameters(), 2e-3)
     for epoch in range(EPOCHS):
         for batch in DataLoader(train, BATCH, shuffle=True, collate_fn=collate):

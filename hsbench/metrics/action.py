@@ -44,8 +44,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.metrics.labels import check_labels
-from hsbench.metrics.segmentation import mean_defined, unflattened
+from hsbench.metrics.labels import check_bool, check_labels, chosen_classes
+from hsbench.metrics.segmentation import check_matrix, mean_defined, unflattened
 from hsbench.metrics.tables import ratio
 from hsbench.typing import AnyArray, BoolArray, FloatArray, IntArray
 
@@ -109,17 +109,11 @@ class SegmentScore:
 def score(confusion: AnyArray, classes: Sequence[int] | None = None) -> ActionScore:
     """Values of a matrix of ``segmentation.confusion_matrix``, (n, n) or (n, n + 1) with missing answers.
 
-    classes: those that enter macro F1, default all. Raises SchemaError for another shape or negative counts.
+    classes: those that enter macro F1, default all. Raises SchemaError for what does not fit.
     """
-    matrix = np.asarray(confusion)
-    if matrix.ndim != 2 or matrix.shape[1] - matrix.shape[0] not in (0, 1) or matrix.dtype.kind not in "ui":
-        raise SchemaError(f"confusion is {matrix.dtype} {matrix.shape}; expected integer counts (n, n) or (n, n + 1)")
-    if matrix.size and matrix.min() < 0:
-        raise SchemaError(f"confusion holds {matrix.min()}; expected counts >= 0")
+    matrix = check_matrix(confusion)
     n = len(matrix)
-    chosen = range(n) if classes is None else classes
-    if not all(0 <= c < n for c in chosen):
-        raise SchemaError(f"classes are {list(chosen)}; expected some of 0..{n - 1}")
+    chosen = chosen_classes(classes, n)
     hits = [int(value) for value in np.diagonal(matrix)]
     rows, columns = matrix.sum(axis=1).tolist(), matrix.sum(axis=0).tolist()
     f1 = tuple(ratio(2 * hits[c], rows[c] + columns[c]) for c in range(n))
@@ -151,9 +145,9 @@ def segments(labels: AnyArray, ignored: BoolArray | None = None) -> IntArray:
     check_labels(labels, "labels")
     if labels.ndim != 1:
         raise SchemaError(f"labels have shape {labels.shape}; expected (steps,): one sequence at a time")
+    if ignored is not None:
+        check_bool(ignored, "ignored", labels.shape)
     kept = np.ones(len(labels), dtype=bool) if ignored is None else ~ignored
-    if kept.shape != labels.shape:
-        raise SchemaError(f"ignored has shape {kept.shape}; expected {labels.shape}")
     changes = np.ones(len(labels) + 1, dtype=bool)
     changes[1:-1] = (labels[1:] != labels[:-1]) | (kept[1:] != kept[:-1])
     limits = np.flatnonzero(changes)

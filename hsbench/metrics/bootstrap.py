@@ -10,6 +10,15 @@ differences are paired. Integer statistics give the same result to the last bit 
 
 A replicate in which the statistic is undefined (no denominator) is left out of the percentiles and counted. With
 fewer than two scenes there is no interval, and ``reason`` says so.
+
+Differences from other scorers
+------------------------------
+* Intervals over frames, voxels or detections take what happens in one room for many observations: far too narrow.
+* The mean of per-scene values, with their standard error, is another number: here counts are pooled, in every replicate
+  too, so scenes weigh by what they hold.
+* scipy.stats.bootstrap corrects for bias and skewness (BCa) unless told method="percentile"; it resamples one value a
+  scene, not counts. Percentile intervals of few scenes are too narrow: at 95 %, those of a mean of normal values hold
+  the truth in 84, 90, 92, 93 % of cases with 5, 10, 20, 30 scenes (3000 trials each).
 """
 
 from __future__ import annotations

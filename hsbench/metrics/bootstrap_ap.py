@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hsbench.errors import SchemaError
+from hsbench.metrics import ranking as ranks
 from hsbench.metrics.bootstrap import LEVEL, REPLICATES, Interval, resample
 from hsbench.metrics.detection_matching import FALSE, HIT
 from hsbench.metrics.detection_ranking import Ranking
+from hsbench.metrics.ranking import RankProbabilities
 from hsbench.typing import BoolArray, FloatArray, IntArray
 
 SIDE_BY_SIDE = 16
@@ -50,6 +52,21 @@ def paired_difference(
         raise SchemaError(f"rankings_b are of {others} scenes; expected {scenes} as rankings_a (the same scenes?)")
     a, b = [_Walk(r) for r in rankings_a], [_Walk(r) for r in rankings_b]
     return resample(lambda w: _mean_ap(a, w) - _mean_ap(b, w), scenes, replicates, seed, level)
+
+
+def rank_probabilities(
+    rankings: Sequence[Sequence[Ranking]], *, replicates: int = REPLICATES, seed: int = 0
+) -> RankProbabilities:
+    """Ranks of methods by mean AP over resampled scenes; rankings: those of each method, all of the same scenes."""
+    if not rankings or not all(rankings):
+        raise SchemaError("rankings hold no method, or nothing of one; expected one ranking or more of each method")
+    scenes = _scenes([r for of_method in rankings for r in of_method], "rankings")
+    methods = [[_Walk(r) for r in of_method] for of_method in rankings]
+
+    def values(weights: IntArray) -> FloatArray:
+        return np.stack([_mean_ap(walks, weights) for walks in methods])
+
+    return ranks.resample(values, len(methods), scenes, True, replicates, seed)
 
 
 def replicate_ap(ranking: Ranking, weights: IntArray) -> FloatArray:

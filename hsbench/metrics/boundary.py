@@ -33,7 +33,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.metrics.labels import check_labels, out_of_range
+from hsbench.metrics.labels import check_counts, check_integer, check_labels, out_of_range
 from hsbench.metrics.segmentation import mean_defined
 from hsbench.metrics.tables import ratio
 from hsbench.typing import AnyArray, BoolArray, IntArray
@@ -66,8 +66,9 @@ def counts(
     prediction may hold anything. Returns (n, 4) int64 per class: predicted boundary pixels near a true one, predicted
     ones, true ones near a predicted one, true ones. Raises SchemaError for arrays and labels that do not fit.
     """
-    if n_classes < 1:
-        raise SchemaError(f"n_classes is {n_classes}; expected at least 1")
+    check_integer(n_classes, "n_classes", 1)
+    if ignore is not None:
+        check_integer(ignore, "ignore")
     check_labels(truth, "truth")
     if truth.ndim != 2 or not truth.size:
         raise SchemaError(f"truth has shape {truth.shape}; expected (h, w): one image at a time")
@@ -93,9 +94,12 @@ def counts(
 
 def score(boundary_counts: IntArray) -> BoundaryScore:
     """Values of the counts of one image, or of their sum over images; (n, 4) as ``counts`` returns."""
-    rows = np.asarray(boundary_counts)
-    if rows.ndim != 2 or rows.shape[1] != 4 or rows.dtype.kind not in "ui":
-        raise SchemaError(f"boundary_counts is {rows.dtype} {rows.shape}; expected integers (classes, 4)")
+    rows = check_counts(boundary_counts, "boundary_counts", "(classes, 4)")
+    if rows.ndim != 2 or rows.shape[1] != 4:
+        raise SchemaError(f"boundary_counts has shape {rows.shape}; expected (classes, 4)")
+    if (rows[:, ::2] > rows[:, 1::2]).any():
+        c = int(np.argmax((rows[:, ::2] > rows[:, 1::2]).any(axis=1)))
+        raise SchemaError(f"boundary_counts[{c}] is {rows[c].tolist()}; expected near <= all twice (columns swapped?)")
     precision = tuple(ratio(int(row[0]), int(row[1])) for row in rows)
     recall = tuple(ratio(int(row[2]), int(row[3])) for row in rows)
     f_scores = tuple(f_score(p, r) for p, r in zip(precision, recall, strict=True))

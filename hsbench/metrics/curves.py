@@ -47,6 +47,10 @@ class Curve:
     higher_is_better: bool = True
 
     def __post_init__(self) -> None:
+        for name in ("observed_s", "scores"):
+            if not isinstance(getattr(self, name), tuple):
+                found = type(getattr(self, name)).__name__
+                raise SchemaError(f"curve.{name} is a {found}; expected a tuple of numbers")
         if len(self.observed_s) != len(self.scores) or not self.observed_s:
             raise SchemaError(f"curve has {len(self.observed_s)} times and {len(self.scores)} scores; expected as many")
         for number, time in enumerate(self.observed_s):

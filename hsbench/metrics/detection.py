@@ -29,6 +29,7 @@ Protocols
   class, AR, precision and F1 of all boxes kept, and recall by size and by the groups of the truths, with all boxes
   kept and at ``operating_score``.
   Among equally good truths, and among equal scores at the limit, the boxes' own numbers decide, never their order.
+  IoU are equal, to a threshold or to each other, within 1e-9, so that rounding does not decide.
 * ``voc``: VoteNet, mmdet3d, KITTI-360. ``ap`` is the mean over classes at the first threshold; AR is the recall with
   all detections, averaged over classes. VoteNet has no difficult truths; given some, the VOC kit's rule holds.
 * ``sunrgbd``: the SUN RGB-D toolbox. A detection whose best truth is difficult does not count; first among equals.
@@ -55,12 +56,16 @@ Differences from other scorers
   Omni3D does it: higher than pycocotools, which counts it, where it is missed. Without difficult truths all 12
   numbers agree to 1e-12. What is -1 there is None here.
 * ``class-agnostic``: the toolbox's callers skip scenes without truth layout; here every scene counts.
-* Beyond the limit the lowest scores are left out and counted in ``over_limit``; others score an unlimited number.
+* Beyond the limit the lowest scores are left out and counted in ``over_limit``; others score an unlimited number. So
+  one box more can push out a false one of its scene, and AP is then as if that had not been said. A duplicate raises
+  AP only so, and only where it costs nothing itself: on a difficult truth, or in a mean over classes.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from numbers import Real
 
 import numpy as np
 
@@ -70,6 +75,7 @@ from hsbench.metrics.detection_inputs import Predictions, Truths, gather
 from hsbench.metrics.detection_protocols import PROTOCOLS, protocol_named, thresholds
 from hsbench.metrics.detection_ranking import Curve, Ranking
 from hsbench.metrics.detection_results import ClassScore, DetectionScore, PairScore, RecallRow
+from hsbench.metrics.labels import check_integer
 from hsbench.schema.occupancy import ObjectTruth
 from hsbench.typing import IntArray
 
@@ -115,10 +121,10 @@ def score(
     for name, value in (("limit", limit), ("operating_score", operating_score)):
         if value is not None and protocol != "hsbench":
             raise SchemaError(f"{name} is {value}; only protocol hsbench takes one, not {protocol}")
-    if limit is not None and limit < 1:
-        raise SchemaError(f"limit is {limit}; expected at least one box a scene")
-    if operating_score is not None and not np.isfinite(operating_score):
-        raise SchemaError(f"operating_score is {operating_score}; expected a finite number")
+    if limit is not None:
+        check_integer(limit, "limit", 1)
+    if operating_score is not None and not (isinstance(operating_score, Real) and math.isfinite(operating_score)):
+        raise SchemaError(f"operating_score is {operating_score!r}; expected a finite number")
     inputs = gather(truths, predictions, form, "free" if protocol in ("hsbench", "class-agnostic") else "both")
     if inputs.crowd.any() and protocol != "coco":
         raise SchemaError(f"truths hold crowd regions; only protocol coco knows them, not {protocol}")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hsbench.metrics import detection_matching as matching
-from hsbench.metrics.detection_inputs import Inputs
+from hsbench.metrics.detection_inputs import SIZE_GROUP, Inputs
 from hsbench.metrics.detection_order import by_content, by_key, class_codes, rank_within, stable
 from hsbench.metrics.detection_protocols import Protocol
 from hsbench.metrics.detection_ranking import Ranking
@@ -20,6 +20,9 @@ SIZE_EDGES_M = (0.6, 1.2)
 
 SIZE_EDGES_PX = (32.0, 96.0)
 """Group ``size`` of 2D truths: square root of the area, COCO's small, medium and large."""
+
+SLACK = 1e-9
+"""Protocol hsbench: an IoU that equals a threshold, or another, may miss it by its rounding error."""
 
 
 def evaluate(
@@ -103,6 +106,7 @@ class _Run:
             inputs.difficult,
             np.array(steps),
             rules.strict,
+            SLACK if self._blocks else 0.0,
             self._outcome,
             self.hit_by,
         )
@@ -131,7 +135,7 @@ def _recall_tables(
     inputs: Inputs, hit_by: IntArray, steps: tuple[float, ...], operating_score: float | None
 ) -> tuple[RecallRow, ...]:
     counted = ~inputs.difficult
-    groups = {"size": _size(inputs.truths.boxes)[:, None], **inputs.groups}
+    groups = {SIZE_GROUP: _size(inputs.truths.boxes)[:, None], **inputs.groups}
     out = []
     for name, keys in groups.items():
         rows, inverse = np.unique(keys[counted], axis=0, return_inverse=True)

@@ -18,6 +18,12 @@ from hsbench.typing import AnyArray, BoolArray, FloatArray, IntArray
 
 COLUMNS = {4: "x, y, w, h", 6: "centre, size", 7: "centre, size, yaw", 15: "centre, size, row-major rotation"}
 
+SIZE_GROUP = "size"
+"""Group by which recall is always tabled; its keys are computed from the boxes."""
+
+MAX_LABEL = 2**63 - 1
+"""Labels are int64 inside."""
+
 
 @dataclass(frozen=True, eq=False)
 class Truths:
@@ -44,6 +50,8 @@ class Truths:
             if flags is not None and (not isinstance(flags, np.ndarray) or flags.shape != (n,) or flags.dtype != bool):
                 raise SchemaError(f"truths.{name} is {_found(flags)}; expected bool ({n},): one a box")
         _check_numbers(self.measure, "truths.measure", n)
+        if SIZE_GROUP in self.groups:
+            raise SchemaError(f"truths.groups holds {SIZE_GROUP!r}, computed from the boxes; expected another name")
         for name, keys in self.groups.items():
             if not isinstance(keys, np.ndarray) or keys.dtype.kind not in "bui" or keys.ndim not in (1, 2):
                 raise SchemaError(f"truths.groups[{name!r}] is {_found(keys)}; expected integers (N,) or (N, k)")
@@ -116,6 +124,7 @@ def gather(
     form: how 4 columns are meant (``boxes2d.FORMS``). classes: ``both`` (labels on both sides or on none), ``free``
     (labels of one side alone are dropped). Raises SchemaError naming the scene.
     """
+    boxes2d.check_form(form)
     _check_scenes(truths, predictions)
     columns = _columns(truths, predictions)
     given = [_empty(columns, t) if p is None else p for p, t in zip(predictions, truths, strict=True)]
@@ -243,8 +252,10 @@ def _groups(truths: Sequence[Truths]) -> dict[str, IntArray]:
 
 
 def _check_scenes(truths: Sequence[Truths], predictions: Sequence[Predictions | None]) -> None:
-    if isinstance(truths, Truths) or isinstance(predictions, Predictions):
-        raise SchemaError("truths and predictions are lists with one item a scene; wrap a single scene: [truths]")
+    for name, items in (("truths", truths), ("predictions", predictions)):
+        if not isinstance(items, Sequence):
+            hint = " (wrap a single scene: [scene])" if isinstance(items, Truths | Predictions) else ""
+            raise SchemaError(f"{name} is a {type(items).__name__}; expected a list with one item a scene{hint}")
     if len(truths) != len(predictions):
         raise SchemaError(
             f"there are {len(truths)} scenes of truth and {len(predictions)} of predictions; expected the same scenes"
@@ -312,6 +323,9 @@ def _check_labels(labels: AnyArray | None, name: str, n: int) -> None:
         raise SchemaError(f"{name} is {_found(labels)}; expected integers ({n},): one a box{hint}")
     if n and int(labels.min()) < 0:
         raise SchemaError(f"{name}[{int(labels.argmin())}] is {int(labels.min())}; expected >= 0 (an ignore label?)")
+    if n and int(labels.max()) > MAX_LABEL:
+        i = int(labels.argmax())
+        raise SchemaError(f"{name}[{i}] is {int(labels[i])}; expected at most {MAX_LABEL} (-1, unsigned?)")
 
 
 def _check_numbers(values: AnyArray | None, name: str, n: int) -> None:

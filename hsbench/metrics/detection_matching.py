@@ -30,13 +30,15 @@ def match_best(
     difficult: BoolArray,
     thresholds: FloatArray,
     strict: bool,
+    slack: float,
     outcome: NDArray[np.int8],
     hit_by: IntArray,
 ) -> None:
     """Each detection goes to its truth of highest IoU, the first among equals, whether taken or not.
 
-    order, key: (n,) detections and their keys, sorted; truth_order, truth_key alike. outcome: (T, D) int8, written
-    for the detections in ``order``. hit_by: (T, G), filled with -1, becomes the detection that hit a truth.
+    order, key: (n,) detections and their keys, sorted; truth_order, truth_key alike. slack: up to which an IoU equals
+    another, or a threshold. outcome: (T, D) int8, written for the detections in ``order``. hit_by: (T, G), filled with
+    -1, becomes the detection that hit a truth.
     """
     first = 0
     for i in range(len(order)):
@@ -47,11 +49,11 @@ def match_best(
         j = first
         while j < len(truth_key) and truth_key[j] == key[i]:
             value = iou[row[d] + column[truth_order[j]]]
-            if value > overlap:
+            if value > overlap + slack:
                 best, overlap = truth_order[j], value
             j += 1
         for k in range(len(thresholds)):
-            if best < 0 or overlap < thresholds[k] or (strict and overlap == thresholds[k]):
+            if best < 0 or overlap < thresholds[k] - slack or (strict and overlap == thresholds[k]):
                 outcome[k, d] = FALSE
             elif difficult[best]:
                 outcome[k, d] = NEITHER

@@ -65,7 +65,7 @@ PROTOCOLS: Mapping[str, Protocol] = {
             False,
             64,
             False,
-            "tests/reference/detection_from_tasks.py, plain lists by somebody who had not read this scorer",
+            "tests/reference/detection_from_tasks.py and detection_second_reader.py, by readers of the task alone",
         ),
         Protocol("voc", (0.25, 0.5), "best", True, None, False, "mmdet3d 1.4.0's indoor_eval, run"),
         Protocol("sunrgbd", (0.25,), "best", False, None, False, "the toolbox's MATLAB functions, run in Octave"),
@@ -138,4 +138,6 @@ def thresholds(protocol: Protocol, iou: float | Sequence[float] | None) -> tuple
             raise SchemaError(f"iou threshold is {t}; expected 0 < t <= 1 (a percentage?)")
     if not chosen:
         raise SchemaError("iou holds no threshold; expected one or several")
+    if len({f"{t:.2f}" for t in chosen}) < len(chosen):
+        raise SchemaError(f"iou thresholds are {chosen}; expected ones that differ in two digits: these name results")
     return chosen

@@ -32,7 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.metrics.labels import check_bool
+from hsbench.metrics.labels import check_bool, check_counts
 from hsbench.metrics.segmentation import mean_defined
 from hsbench.metrics.tables import Counts, count
 from hsbench.typing import AnyArray, BoolArray, FloatArray, IntArray
@@ -84,9 +84,9 @@ def score(label_tables: IntArray) -> MultiLabelScore:
 
     label_tables: (L, 4) int64 tp, fp, fn, tn. Raises SchemaError for another shape or negative counts.
     """
-    rows = np.asarray(label_tables)
-    if rows.ndim != 2 or rows.shape[1] != 4 or rows.dtype.kind not in "ui" or (rows < 0).any():
-        raise SchemaError(f"label_tables is {rows.dtype} {rows.shape}; expected counts (labels, 4): tp, fp, fn, tn")
+    rows = check_counts(label_tables, "label_tables", "(labels, 4)")
+    if rows.ndim != 2 or rows.shape[1] != 4:
+        raise SchemaError(f"label_tables has shape {rows.shape}; expected (labels, 4): tp, fp, fn, tn")
     labels = tuple(Counts(*map(int, row)) for row in rows)
     ious = tuple(label.iou for label in labels)
     return MultiLabelScore(labels, ious, mean_defined(ious), sum(iou is None for iou in ious))
@@ -94,7 +94,10 @@ def score(label_tables: IntArray) -> MultiLabelScore:
 
 def mean_iou(counts: AnyArray) -> FloatArray:
     """(..., L * 4) flattened tables -> (...) mean IoU, NaN where no label is defined: the form for resampling."""
-    rows = np.asarray(counts).reshape(*counts.shape[:-1], -1, 4)
+    flat = np.asarray(counts)
+    if not flat.ndim or not flat.shape[-1] or flat.shape[-1] % 4:
+        raise SchemaError(f"counts have shape {flat.shape}; expected (..., 4 L) (tables? flatten their last two axes)")
+    rows = flat.reshape(*flat.shape[:-1], -1, 4)
     unions = rows[..., :3].sum(axis=-1)
     ious = np.where(unions > 0, rows[..., 0] / np.maximum(unions, 1), 0.0).sum(axis=-1)
     number = (unions > 0).sum(axis=-1)

@@ -7,7 +7,8 @@ Several methods were scored on the same scenes. How likely is each to be first, 
 Conventions
 -----------
 ``stats`` is (M, S, k): method, scene, the scene's sufficient statistics, as for ``bootstrap``. All methods see the same
-draws of scenes (``bootstrap.scene_weights``, seeded), so that comparisons are paired. Rank 1 is best.
+draws of scenes (``bootstrap.scene_weights``, seeded), so that comparisons are paired. Rank 1 is best. Average precision
+does not add up over scenes; ``bootstrap_ap.rank_probabilities`` ranks by it.
 
 Metrics
 -------
@@ -26,13 +27,14 @@ Differences from other scorers
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from hsbench.errors import SchemaError
 from hsbench.metrics.bootstrap import REPLICATES, Statistic, scene_weights
-from hsbench.typing import AnyArray, FloatArray
+from hsbench.typing import AnyArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +75,31 @@ def rank_probabilities(
         method, scene, _ = np.argwhere(~np.isfinite(table))[0]
         raise SchemaError(f"stats holds NaN or infinity at method {method}, scene {scene}; expected numbers")
     rows = table.astype(np.float64 if table.dtype.kind == "f" else np.int64)
-    methods, scenes = rows.shape[:2]
-    totals = [float(statistic(method.sum(axis=0, keepdims=True))[0]) for method in rows] if scenes else []
-    estimates = tuple(None if np.isnan(total) else total for total in totals) if scenes else (None,) * methods
+
+    def values(weights: IntArray) -> FloatArray:
+        return np.stack([statistic(weights @ method) for method in rows])
+
+    return resample(values, rows.shape[0], rows.shape[1], higher_is_better, replicates, seed)
+
+
+def resample(
+    value: Callable[[IntArray], FloatArray],
+    methods: int,
+    scenes: int,
+    higher_is_better: bool,
+    replicates: int,
+    seed: int,
+) -> RankProbabilities:
+    """Ranks by any value of weighted scenes, for what does not add up over them.
+
+    value: (B, S) how often each replicate draws each scene -> (M, B), NaN where undefined.
+    """
+    totals = value(np.ones((1, scenes), dtype=np.int64))[:, 0].tolist() if scenes else [np.nan] * methods
+    estimates = tuple(None if np.isnan(total) else total for total in totals)
     if scenes < 2:
         reason = "one scene: nothing to resample" if scenes else "no scene"
         return RankProbabilities(estimates, None, None, replicates, 0, seed, scenes, reason)
-    weights = scene_weights(scenes, replicates, seed)
-    values = np.stack([statistic(weights @ method) for method in rows])
+    values = value(scene_weights(scenes, replicates, seed))
     defined = ~np.isnan(values).any(axis=0)
     undefined = replicates - int(defined.sum())
     if not defined.any():

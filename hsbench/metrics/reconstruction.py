@@ -125,10 +125,15 @@ def voxel_surface(occupied: BoolArray, origin_m: Sequence[float], voxel_m: float
     """Centres of the faces between occupied and free voxels, (K, 3) in metres.
 
     occupied: (nx, ny, nz) bool. origin_m: minimum corner. The outside of the grid is unknown: no face there.
+    Raises SchemaError for what does not fit.
     """
     check_bool(occupied, "occupied")
-    if occupied.ndim != 3 or len(origin_m) != 3 or not voxel_m > 0:
-        raise SchemaError(f"occupied has shape {occupied.shape}, voxel_m is {voxel_m}; expected (nx, ny, nz) and > 0 m")
+    if occupied.ndim != 3:
+        raise SchemaError(f"occupied has shape {occupied.shape}; expected (nx, ny, nz): one scene at a time")
+    if not (np.isfinite(voxel_m) and voxel_m > 0):
+        raise SchemaError(f"voxel_m is {voxel_m}; expected metres > 0")
+    if len(origin_m) != 3 or not np.isfinite(origin_m).all():
+        raise SchemaError(f"origin_m is {tuple(origin_m)}; expected x, y, z in metres")
     faces = []
     for axis in range(3):
         sides = np.moveaxis(occupied, axis, 0)
@@ -141,7 +146,7 @@ def voxel_surface(occupied: BoolArray, origin_m: Sequence[float], voxel_m: float
 def thin(points: AnyArray, spacing_m: float) -> FloatArray:
     """One point a cube of side ``spacing_m``, the mean of those in it, ordered by cube: (K, 3) metres."""
     values = check_points(points, "points")
-    if not spacing_m > 0:
+    if not (np.isfinite(spacing_m) and spacing_m > 0):
         raise SchemaError(f"spacing_m is {spacing_m}; expected metres > 0")
     ordered = values[np.lexsort(values.T)]  # sums of one cube in one order, whatever the input's
     _, cube, number = np.unique(np.floor(ordered / spacing_m), axis=0, return_inverse=True, return_counts=True)

@@ -56,7 +56,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.metrics.labels import check_labels, out_of_range
+from hsbench.metrics.labels import check_counts, check_integer, check_labels, chosen_classes, out_of_range
 from hsbench.typing import AnyArray, FloatArray, IntArray
 
 MAX_CLASSES = 4096
@@ -144,8 +144,10 @@ def confusion_matrix(
     Returns (n, n) int64, or (n, n + 1) with ``no_answer``. Raises SchemaError for arrays that do not fit and for other
     labels at pixels that count.
     """
-    if not 1 <= n_classes <= MAX_CLASSES:
-        raise SchemaError(f"n_classes is {n_classes}; expected 1..{MAX_CLASSES}")
+    check_integer(n_classes, "n_classes", 1, MAX_CLASSES)
+    for name, value in (("ignore", ignore), ("no_answer", no_answer)):
+        if value is not None:
+            check_integer(value, name)
     check_labels(truth, "truth")
     check_labels(prediction, "prediction", truth.shape)
     table = _table(truth, prediction, n_classes, ignore, no_answer)
@@ -168,13 +170,11 @@ def score(confusion: AnyArray, absent: str = "hsbench", *, classes: Sequence[int
     confusion: (n, n) or (n, n + 1) counts [truth, prediction]. absent: a name of ``ABSENT_RULES``.
     classes: the classes that enter the means, default all. Raises SchemaError for what does not fit.
     """
-    matrix = _check_matrix(confusion)
+    matrix = check_matrix(confusion)
     if absent not in ABSENT_RULES:
         raise SchemaError(f"absent rule {absent!r} is unknown; expected one of {', '.join(ABSENT_RULES)}")
     n = len(matrix)
-    chosen = list(range(n)) if classes is None else list(classes)
-    if not all(0 <= c < n for c in chosen) or len(set(chosen)) != len(chosen):
-        raise SchemaError(f"classes are {chosen}; expected different ones of 0..{n - 1}")
+    chosen = chosen_classes(classes, n)
     hits, rows, columns = np.diagonal(matrix), matrix.sum(axis=1), matrix[:, :n].sum(axis=0)
     unions = rows + columns - hits
     rule = ABSENT_RULES[absent]
@@ -202,7 +202,7 @@ def score_scenes(
     """Pooled and per-scene values of one confusion matrix a scene, all of one shape. Raises SchemaError for none."""
     if not len(confusions):
         raise SchemaError("confusions holds no scene; expected one matrix a scene")
-    matrices = [_check_matrix(confusion) for confusion in confusions]
+    matrices = [check_matrix(confusion) for confusion in confusions]
     for number, matrix in enumerate(matrices):
         if matrix.shape != matrices[0].shape:
             raise SchemaError(
@@ -241,6 +241,15 @@ def unflattened(counts: AnyArray) -> AnyArray:
     return flat.reshape(*flat.shape[:-1], n, k // n)
 
 
+def check_matrix(confusion: AnyArray) -> IntArray:
+    """A confusion matrix as int64. Raises SchemaError unless it holds counts, (n, n) or (n, n + 1)."""
+    shape = "(n, n), or (n, n + 1) with missing answers"
+    matrix = check_counts(confusion, "confusion", shape)
+    if matrix.ndim != 2 or matrix.shape[1] - matrix.shape[0] not in (0, 1) or not matrix.size:
+        raise SchemaError(f"confusion has shape {matrix.shape}; expected {shape}")
+    return matrix
+
+
 def mean_defined(values: Sequence[float | None]) -> float | None:
     """Mean of the values that are not None; None where there is none."""
     defined = [value for value in values if value is not None]
@@ -260,17 +269,6 @@ def _frequency_weighted(hits: IntArray, rows: IntArray, unions: IntArray) -> flo
 
 def _ratio(numerator: int, denominator: int) -> float | None:
     return numerator / denominator if denominator else None
-
-
-def _check_matrix(confusion: AnyArray) -> IntArray:
-    matrix = np.asarray(confusion)
-    if matrix.ndim != 2 or matrix.shape[1] - matrix.shape[0] not in (0, 1) or not matrix.size:
-        raise SchemaError(f"confusion has shape {matrix.shape}; expected (n, n), or (n, n + 1) with no answers")
-    if matrix.dtype.kind not in "ui":
-        raise SchemaError(f"confusion has dtype {matrix.dtype}; expected integer counts (normalised already?)")
-    if matrix.min() < 0:
-        raise SchemaError(f"confusion holds {matrix.min()}; expected counts >= 0")
-    return matrix.astype(np.int64)
 
 
 def _table(truth: AnyArray, prediction: AnyArray, n: int, ignore: int | None, no_answer: int | None) -> IntArray:

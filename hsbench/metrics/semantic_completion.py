@@ -44,8 +44,14 @@ from hsbench.metrics.completion import (
     heights,
     verification,
 )
-from hsbench.metrics.completion_protocols import FOREIGN, KITTI_CLASS_EPSILON, MONOSCENE_EPSILON, evaluated
-from hsbench.metrics.labels import check_labels, out_of_range
+from hsbench.metrics.completion_protocols import (
+    FOREIGN,
+    KITTI_CLASS_EPSILON,
+    MONOSCENE_EPSILON,
+    UNLABELLED,
+    evaluated,
+)
+from hsbench.metrics.labels import check_integer, check_labels, out_of_range
 from hsbench.metrics.segmentation import confusion_matrix, mean_defined
 from hsbench.metrics.voxel_masks import Masks, unpack
 from hsbench.schema.categories import CATEGORIES, STRUCTURE
@@ -97,9 +103,9 @@ def score(
         raise SchemaError(f"completion protocol {protocol!r} is unknown; expected one of {', '.join(PROTOCOLS)}")
     foreign = FOREIGN.get(protocol)
     n = len(CATEGORIES) + 1 if n_classes is None else n_classes
-    if not 2 <= n <= 255 or (foreign is None and n != len(CATEGORIES) + 1):
-        expected = f"{len(CATEGORIES) + 1}, the category table" if foreign is None else "2..255"
-        raise SchemaError(f"n_classes is {n}; expected {expected}, the free class included")
+    check_integer(n, "n_classes", 2, UNLABELLED)
+    if foreign is None and n != len(CATEGORIES) + 1:
+        raise SchemaError(f"n_classes is {n}; expected {len(CATEGORIES) + 1}, the category table and the free class")
     check_truth(truth, unlabelled=foreign is not None)
     if truth.dtype == np.bool_:
         raise SchemaError("truth is bool; expected labels (whether a voxel is solid is scored by completion.score)")

@@ -186,7 +186,9 @@ def test_pooled_and_over_sequences() -> None:
         (lambda: segments(digits("12"), np.zeros(3, bool)), "ignored has shape (3,)"),
         (lambda: action.score(np.zeros((2, 2))), "expected integer counts"),
         (lambda: action.score(np.zeros((2, 2), int) - 1), "holds -1"),
-        (lambda: action.score(np.zeros((2, 2), int), classes=(2,)), "expected some of 0..1"),
+        (lambda: action.score(np.zeros((2, 2), int), classes=(2,)), "expected different ones of 0..1"),
+        (lambda: action.score(np.zeros((2, 2), int), classes=(1, 1)), "classes are [1, 1]"),
+        (lambda: segments(digits("12"), np.zeros(2, int)), "ignored is int64; expected bool"),
     ],
 )
 def test_bad_input(call, message: str) -> None:

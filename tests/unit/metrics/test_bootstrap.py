@@ -53,6 +53,17 @@ def test_weights_are_the_same_for_all_times() -> None:
     assert not np.array_equal(scene_weights(4, 3, seed=0), scene_weights(4, 3, seed=1))
 
 
+@pytest.mark.parametrize(("scenes", "share"), [(5, 0.84), (10, 0.90), (30, 0.93)])
+def test_intervals_hold_the_truth_as_often_as_the_specification_says(scenes: int, share: float) -> None:
+    values = np.random.default_rng(0).normal(size=(1000, scenes))
+    held = 0
+    for row in values:
+        got = interval(np.stack([row, np.ones(scenes)], axis=1), lambda sums: sums[..., 0] / sums[..., 1], seed=1)
+        held += got.low <= 0 <= got.high
+    # five standard errors, and a percent for the one set of draws
+    assert held / 1000 == pytest.approx(share, abs=5 * np.sqrt(share * (1 - share) / 1000) + 0.01)
+
+
 @pytest.mark.parametrize("seed", [0, 1, 99])
 def test_interval_agrees_with_plain_loops(seed: int) -> None:
     got = interval(ROWS, completion.iou, replicates=200, seed=seed)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hsbench.errors import SchemaError
 from hsbench.metrics.bootstrap import scene_weights
-from hsbench.metrics.bootstrap_ap import interval, paired_difference, replicate_ap
+from hsbench.metrics.bootstrap_ap import interval, paired_difference, rank_probabilities, replicate_ap
 from hsbench.metrics.detection import Predictions, Ranking, Truths, score
 from hsbench.typing import IntArray
 from tests.unit.metrics.detection_samples import sample2d, sample3d
@@ -70,6 +70,30 @@ def test_paired_difference_of_a_method_and_itself_is_zero() -> None:
     assert (same.estimate, same.low, same.high) == (0.0, 0.0, 0.0)
     b = [score(truths, [Predictions(p.boxes, -p.scores, p.labels) for p in predictions]).overall[0].ranking]
     assert paired_difference(a, b, replicates=50).estimate == -paired_difference(b, a, replicates=50).estimate  # type: ignore[operator]
+
+
+def test_ranks_of_methods() -> None:
+    truths, predictions = sample2d(6, 25, classes=1)
+    rng = np.random.default_rng(0)
+    worse = [Predictions(p.boxes, p.scores + rng.normal(0, 0.3, len(p.scores)), p.labels) for p in predictions]
+    upside_down = [Predictions(p.boxes, -p.scores, p.labels) for p in predictions]
+    methods = [[score(truths, p).overall[0].ranking] for p in (worse, predictions, upside_down, predictions)]
+    got = rank_probabilities(methods, replicates=60, seed=5)
+    values = np.stack([replicate_ap(m[0], scene_weights(25, 60, 5)) for m in methods])
+    assert got.estimates == pytest.approx([score(truths, p).ap for p in (worse, predictions, upside_down, predictions)])
+    assert got.better is not None
+    assert got.probabilities is not None
+    for a in range(4):
+        for b in range(4):
+            share = (values[a] > values[b]).mean() + (values[a] == values[b]).mean() / 2
+            assert got.better[a, b] == pytest.approx(share, abs=1e-12)
+    assert (got.probabilities[1] == got.probabilities[3]).all()  # one method twice shares its ranks
+    assert got.better[1, 3] == 0.5
+    np.testing.assert_allclose(got.probabilities.sum(axis=0), 1, atol=1e-12)
+    np.testing.assert_allclose(got.probabilities.sum(axis=1), 1, atol=1e-12)
+    for wrong in ([], [methods[0], []]):
+        with pytest.raises(SchemaError, match="no method"):
+            rank_probabilities(wrong)
 
 
 def test_replicates_without_truth_are_counted() -> None:

@@ -118,6 +118,8 @@ ONES = np.ones((2, 2), int)
             "prediction holds -1 at [0, 0]; expected 0..1 (only truth may be",
         ),
         (lambda: boundary.counts(ONES, ONES, 0), "n_classes is 0"),
+        (lambda: boundary.counts(ONES, ONES, 2, "void"), "ignore is 'void'; expected an integer"),
+        (lambda: boundary.score(np.array([[0, 1, 0, 1], [1, 0, 0, 1]])), "boundary_counts[1] is [1, 0, 0, 1]"),
     ],
 )
 def test_bad_input(call, message: str) -> None:

@@ -80,6 +80,8 @@ def test_mean_of_curves() -> None:
     [
         (lambda: Curve((1.0, 2.0), (0.5,)), "2 times and 1 scores"),
         (lambda: Curve((), ()), "0 times"),
+        (lambda: Curve([1.0, 2.0], (0.1, 0.2)), "curve.observed_s is a list; expected a tuple"),
+        (lambda: Curve((1.0, 2.0), [0.1, 0.2]), "curve.scores is a list; expected a tuple"),
         (lambda: Curve((0.0, 1.0), (0.1, 0.2)), "observed_s[0] is 0.0; expected seconds > 0"),
         (lambda: Curve((2.0, 1.0), (0.1, 0.2)), "observed_s[1] is 1.0; expected more than 2.0"),
         (lambda: Curve((1.0, 2.0), (0.1, math.nan)), "scores[1] is nan; expected a number, or None"),

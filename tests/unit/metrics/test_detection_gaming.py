@@ -65,24 +65,55 @@ def clean(seed: int, columns: int) -> tuple[list[Truths], list[Predictions]]:
     return truths, predictions
 
 
-@given(seed=st.integers(0, 2**32), protocol=st.sampled_from(BEST), how_many=st.integers(1, 3), flat=st.booleans())
-@settings(max_examples=60, deadline=None)
-def test_a_duplicate_with_a_lower_score_never_raises_ap(seed: int, protocol: str, how_many: int, flat: bool) -> None:
-    truths, predictions = sample2d(seed, 6, classes=2, difficult=0.2, ties=True) if flat else sample3d(seed, 6)
-    rng = np.random.default_rng(seed)
+def with_duplicates(predictions: list[Predictions], rng: np.random.Generator, how_many: int) -> list[Predictions]:
+    """Some boxes once more, with lower scores."""
     more = list(predictions)
-    for _ in range(how_many):
-        s = int(rng.integers(len(more)))
+    for s in rng.integers(0, len(more), how_many):
         p = more[s]
-        assert p.labels is not None
         if not len(p.boxes):
             continue
+        assert p.labels is not None
         i = int(rng.integers(len(p.boxes)))
         lower = p.scores[i] - rng.choice([0.01, 0.1, 2.0])
         more[s] = Predictions(
             np.append(p.boxes, p.boxes[i : i + 1], axis=0), np.append(p.scores, lower), np.append(p.labels, p.labels[i])
         )
+    return more
+
+
+@given(seed=st.integers(0, 2**32), protocol=st.sampled_from(BEST), how_many=st.integers(1, 3), flat=st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_a_duplicate_with_a_lower_score_never_raises_ap(seed: int, protocol: str, how_many: int, flat: bool) -> None:
+    truths, predictions = sample2d(seed, 6, classes=2, difficult=0.2, ties=True) if flat else sample3d(seed, 6)
+    more = with_duplicates(predictions, np.random.default_rng(seed), how_many)
     assert risen(truths, predictions, more, protocol) == {}
+
+
+@given(seed=st.integers(0, 2**32), how_many=st.integers(1, 5), limit=st.integers(1, 6))
+@settings(max_examples=60, deadline=None)
+def test_nor_does_it_at_the_limit_where_every_truth_counts(seed: int, how_many: int, limit: int) -> None:
+    truths, predictions = sample3d(seed, 6, difficult=0.0)
+    more = with_duplicates(predictions, np.random.default_rng(seed), how_many)
+    before, after = (score(truths, p, limit=limit) for p in (predictions, more))
+    for was, now in zip(before.overall, after.overall, strict=True):
+        assert was.ap is not None
+        assert now.ap is not None
+        assert now.ap <= was.ap + TOLERANCE
+
+
+def test_at_the_limit_a_duplicate_on_a_difficult_truth_is_worth_leaving_a_false_box_out() -> None:
+    # the case told on the page; the hit lies in another scene, below the false box
+    near, far = (np.array([[x, 0, 0, 1, 1, 1, 0.0]]) for x in (0, 9))
+    truths = [Truths(near, difficult=np.array([True])), Truths(near)]
+    hit = Predictions(near, np.array([0.1]))
+    said = {
+        "once": Predictions(np.concatenate([near, far]), np.array([0.9, 0.3])),
+        "twice": Predictions(np.concatenate([near, near, far]), np.array([0.9, 0.8, 0.3])),
+        "without the false box": Predictions(near, np.array([0.9])),
+    }
+    ap = {name: score(truths, [p, hit], limit=2).ap for name, p in said.items()}
+    assert ap == {"once": 0.5, "twice": 1.0, "without the false box": 1.0}
+    assert score(truths, [said["twice"], hit]).ap == 0.5
 
 
 def test_coco_and_omni3d_let_a_duplicate_hit_a_neighbour() -> None:

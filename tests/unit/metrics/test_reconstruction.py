@@ -127,6 +127,9 @@ def test_thinning() -> None:
         (lambda: thin(NONE, 0.0), "spacing_m is 0.0"),
         (lambda: voxel_surface(np.zeros((2, 2, 2)), (0, 0, 0), 0.1), "occupied is float64; expected bool"),
         (lambda: voxel_surface(np.zeros((2, 2), bool), (0, 0, 0), 0.1), "expected (nx, ny, nz)"),
+        (lambda: voxel_surface(np.zeros((2, 2, 2), bool), (0, 0, np.nan), 0.1), "origin_m is (0, 0, nan)"),
+        (lambda: voxel_surface(np.zeros((2, 2, 2), bool), (0, 0, 0), np.inf), "voxel_m is inf"),
+        (lambda: thin(NONE, np.inf), "spacing_m is inf"),
     ],
 )
 def test_bad_input(call, message: str) -> None:

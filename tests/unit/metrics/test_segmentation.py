@@ -258,6 +258,10 @@ def with_value(value: int, dtype: type = np.int64) -> np.ndarray:
         ({"truth": np.zeros((2, 3), complex)}, "truth has dtype complex128"),
         ({"n_classes": 0}, "n_classes is 0"),
         ({"n_classes": 10**6}, "n_classes is 1000000"),
+        ({"n_classes": 2.0}, "n_classes is 2.0; expected an integer of 1..4096"),
+        ({"ignore": "void"}, "ignore is 'void'; expected an integer"),
+        ({"ignore": np.nan}, "ignore is nan"),
+        ({"no_answer": -0.5}, "no_answer is -0.5"),
     ],
 )
 def test_bad_labels_name_the_pixel_and_the_mistake(change: dict, message: str) -> None:
@@ -280,6 +284,9 @@ def test_a_bad_prediction_at_an_ignored_pixel_does_not_count() -> None:
         (lambda: score(np.array([[1, -1], [0, 0]])), "holds -1"),
         (lambda: score(np.eye(2, dtype=int), "mean"), "expected one of hsbench, cityscapes"),
         (lambda: score(np.eye(2, dtype=int), classes=(0, 2)), "expected different ones of 0..1"),
+        (lambda: score(np.eye(2, dtype=int), classes=(0.5,)), "expected different ones of 0..1"),
+        (lambda: score([[1, 2], [3]]), "rows of different lengths"),
+        (lambda: score(np.full((2, 2), 2**62)), "adds up to 1.84467e+19"),
         (lambda: score_scenes([]), "no scene"),
         (lambda: score_scenes([np.eye(2, dtype=int), np.eye(3, dtype=int)]), "confusions[1] has shape (3, 3)"),
     ],

@@ -116,7 +116,7 @@ ZEROS = np.zeros(SHAPE, np.uint8)
         ),
         (lambda: score(ZEROS, np.zeros((*SHAPE, 38)), ZEROS), "take the argmax first"),
         (lambda: score(ZEROS, ZEROS, ZEROS, n_classes=12), f"n_classes is 12; expected {N}, the category table"),
-        (lambda: score(ZEROS, ZEROS, ZEROS, "sscnet", n_classes=1), "n_classes is 1; expected 2..255"),
+        (lambda: score(ZEROS, ZEROS, ZEROS, "sscnet", n_classes=1), "n_classes is 1; expected an integer of 2..255"),
         (lambda: score(ZEROS + 12, ZEROS, ZEROS + 3, "sscnet", n_classes=12), "truth holds 12"),
         (lambda: score(ZEROS, ZEROS, ZEROS, "sscnet", z_m=np.zeros(4)), "evaluates all heights"),
         (lambda: score(ZEROS, ZEROS, ZEROS, z_m=np.zeros(3)), "expected (4,) metres"),
