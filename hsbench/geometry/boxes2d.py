@@ -16,10 +16,15 @@ FORMS = ("xywh", "corners")
 """How four columns may be meant: x, y, width, height; or x1, y1, x2, y2."""
 
 
-def as_xywh(boxes: AnyArray, form: str = "xywh") -> FloatArray:
-    """(N, 4) boxes of a form of ``FORMS`` -> (N, 4) float64 x, y, width, height. Raises SchemaError on bad boxes."""
+def check_form(form: str) -> None:
+    """Raise SchemaError for a form that is none of ``FORMS``."""
     if form not in FORMS:
         raise SchemaError(f"form {form!r} is unknown; expected one of {', '.join(FORMS)}")
+
+
+def as_xywh(boxes: AnyArray, form: str = "xywh") -> FloatArray:
+    """(N, 4) boxes of a form of ``FORMS`` -> (N, 4) float64 x, y, width, height. Raises SchemaError on bad boxes."""
+    check_form(form)
     rows = np.asarray(boxes, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != 4:
         raise SchemaError(f"2D boxes have shape {rows.shape}; expected (N, 4)")
