@@ -16,6 +16,7 @@ SHADES: tuple[Rgb, ...] = ((240, 228, 200), (232, 218, 190), (244, 238, 222))
 BULB = Finish((252, 244, 220))
 CEILING_LAMPS = ("dish", "pendant", "arms")
 """Kinds of lamps under a ceiling: a flat dish, a pendant with a shade, arms with bulbs."""
+SWITCH_SHARE = 0.4  # of the height of the body of a table lamp
 TRIPOD = tuple(2 * math.pi * k / 3 + math.pi / 2 for k in range(3))
 
 
@@ -93,10 +94,13 @@ def table_lamp(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tupl
             (0.01, low * 0.9),
             (0.01, low + 0.008),
         )
+    z = SWITCH_SHARE * low  # not so high that the shade is before it
+    radii, heights = np.array(profile).T
+    out = float(np.interp(z, heights, radii))
     return centred([
         *turned("base", body, (0, 0), profile, 12),
         rod("shade", cloth, (0, 0), radius, low, height, top, 16),
-        block("switch", shade(metal, 0.6), (-0.007, -0.024, low - 0.022), (0.007, -0.007, low - 0.009), "switch"),
+        block("switch", shade(metal, 0.6), (-0.007, -out - 0.012, z), (0.007, -out + 0.006, z + 0.02), "switch"),
     ])  # fmt: skip
 
 

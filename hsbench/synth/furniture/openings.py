@@ -25,6 +25,9 @@ PANEL_M = 0.01  # how far a panel stands out of its leaf
 PANEL_GAP_M = 0.06  # half the rail between two panels
 MAX_OPEN_RAD = math.radians(110)  # farther round, the leaf would cut into its casing
 PANE_M = 0.02
+HANDLE_FROM_M = 0.9  # wider windows open
+DEEPEST_PANE_M = 0.1  # behind the inner face of a wall: a handle there is within reach over a worktop (our default)
+HANDLE_SHARE = 0.25  # of the height of a window, below its handle: so low for the same reason (our default)
 GLASS: Rgb = (196, 216, 226)
 
 
@@ -101,7 +104,7 @@ def window(
     frame = Finish(paint)
     x, z0, z1 = width / 2, sill, sill + height
     bar = draw(rng, (0.05, 0.07))
-    deep, rim = thickness * 0.55, bar - 0.008
+    deep, rim = min(thickness * 0.55, DEEPEST_PANE_M), bar - 0.008
     parts = [
         block("frame", paint, (-x, 0.0, z0), (-x + bar, thickness, z1)),
         block("frame", paint, (x - bar, 0.0, z0), (x, thickness, z1)),
@@ -111,10 +114,10 @@ def window(
         block("sill", paint, (-x - CASING_M[0], -0.08, z0 - 0.02), (x + CASING_M[0], 0.0, z0 + CASING_OVERLAP_M)),
         block("pane", GLASS, (-x + rim, deep, z0 + rim), (x - rim, deep + PANE_M, z1 - rim)),
     ]
-    if width > 0.9:
+    if width > HANDLE_FROM_M:
         parts.append(block("mullion", paint, (-0.025, deep - 0.02, z0 + bar), (0.025, deep, z1 - bar)))
-        middle = z0 + height * 0.45
-        parts.append(block("handle", metal, (-0.01, deep - 0.05, middle), (0.01, deep - 0.02, middle + 0.12), "handle"))
+        low = z0 + height * HANDLE_SHARE
+        parts.append(block("handle", metal, (-0.01, deep - 0.05, low), (0.01, deep - 0.02, low + 0.12), "handle"))
     return named_apart(parts)
 
 

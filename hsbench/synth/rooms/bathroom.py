@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hsbench.synth.rooms.items import Item, Piece, Pose
+from hsbench.synth.rooms.living import rug
 from hsbench.synth.rooms.poses import QUARTER, WALL_GAP_M, Context, Proposal, along_walls
 from hsbench.synth.rooms.search import HANG_GAP_M, together
 
@@ -15,6 +16,7 @@ MIRROR_OVER_M = 0.15  # least height of a mirror's lower edge above the rim of i
 BASIN_PITCH_M = 0.08  # between two basins
 RAIL_GAP_M = 0.05  # basin to towel rail
 TWO_RAILS_SHARE = 0.3  # of basins with a rail on both sides
+MAT_SHARE, MAT_M, MAT_GAP_M = 0.7, (0.8, 0.5), 0.03  # of baths and showers, width and depth, way to it
 
 
 def bathroom(ctx: Context, mode: str) -> Iterator[Proposal]:
@@ -34,10 +36,13 @@ def bathroom(ctx: Context, mode: str) -> Iterator[Proposal]:
 
 
 def _wet(ctx: Context, piece: Piece, rng: np.random.Generator) -> list[Proposal]:
-    """A bath or shower in a corner, its long side or its short one at the wall."""
+    """A bath or shower in a corner, its long side or its short one at the wall; a mat before it."""
     turns = (0.0, QUARTER, -QUARTER) if piece.category_name == "bathtub" else (0.0,)
+    mat = rug(ctx, *MAT_M)
+    y = -(piece.depth + mat.depth) / 2 - MAT_GAP_M
+    matted = rng.random() < MAT_SHARE
     return [
-        [Item(piece, pose)]
+        [Item(piece, pose), *[Item(mat, pose.then(0.0, y), optional=True)] * matted]
         for turn in turns
         for _, _, pose in along_walls(ctx, piece, rng, "corner", WALL_GAP_M, turn=turn)
     ]

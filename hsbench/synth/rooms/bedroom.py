@@ -10,7 +10,7 @@ from hsbench.geometry.polygons import outline_distance
 from hsbench.synth.furniture.pieces import pick
 from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.living import rug
-from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls, in_room
+from hsbench.synth.rooms.poses import QUARTER, Context, Proposal, along_walls
 
 DOUBLE_M = 1.35  # beds from this width on stand free on both sides
 BESIDE_M = 0.55  # way along each side of a double bed
@@ -20,20 +20,20 @@ HEAD_GAP_M = 0.1  # head of a bed in a corner to the wall there
 FOOT_GAP_M = 0.05
 FOOT_SHARE, RUG_SHARE, SIDEWAYS_SHARE = 0.4, 0.5, 0.5
 RUG_M, RUG_Y_M = (0.65, 1.5), -0.2  # rug beside a bed: across and along, its middle before that of the bed
-AROUND_M, BACKS_GAP_M = 0.3, 0.03  # least way round a bed in the room; its head to the dresser behind it
-HALF_TURN = 2 * QUARTER
+LEAST_SIDE_M = 0.05  # two beds to the wall beside them
 
 
 def bed(ctx: Context, mode: str) -> Iterator[Proposal]:
     """A bed, head at a wall, a night stand a side; ``alcove``: a narrow one, for a room where one also lives;
-    ``island``: free in the room, a dresser behind its head.
+    ``twin``: two narrow ones with a night stand between them, in the smallest size one alone where two do not fit.
     """
     rng = ctx.rng("bed")
-    frame = ctx.piece("bed", fit=0.0 if mode == "alcove" else None)
+    frame = ctx.piece("bed", fit=None if mode == "" else 0.0)
     stand = ctx.piece("night_stand")
-    if mode == "island" and ctx.fit > 0.0:  # in its smallest size it stands at a wall
-        yield from _bed_island(ctx, frame, stand, rng)
-        return
+    if mode == "twin":
+        yield from _twins(ctx, frame, stand, rng)
+        if ctx.fit > 0.0:
+            return
     company = _company(ctx, frame, rng)
     if frame.width > DOUBLE_M:
         for _, _, pose in along_walls(ctx, frame, rng, "middle", half_m=frame.width / 2 + BESIDE_M):
@@ -94,8 +94,8 @@ def _moved(items: list[Item], pose: Pose) -> list[Item]:
     return [Item(i.piece, pose.then(i.pose.x, i.pose.y, i.pose.yaw), i.optional) for i in items]
 
 
-def _bed_island(ctx: Context, frame: Piece, stand: Piece, rng: np.random.Generator) -> Iterator[Proposal]:
-    dresser = ctx.piece("dresser")
-    for pose in in_room(ctx, rng, frame.width / 2 + AROUND_M):
-        behind = pose.then(0.0, frame.depth / 2 + dresser.depth / 2 + BACKS_GAP_M, HALF_TURN)
-        yield [Item(frame, pose), Item(dresser, behind), *_night_stands(frame, stand, pose)]
+def _twins(ctx: Context, frame: Piece, stand: Piece, rng: np.random.Generator) -> Iterator[Proposal]:
+    between = stand.width + 2 * STAND_GAP_M
+    x, y = (frame.width + between) / 2, (frame.depth - stand.depth) / 2
+    for _, _, pose in along_walls(ctx, frame, rng, "middle", half_m=frame.width + between / 2 + LEAST_SIDE_M):
+        yield [*(Item(frame, pose.then(s * x, 0.0)) for s in (-1, 1)), Item(stand, pose.then(0.0, y), optional=True)]

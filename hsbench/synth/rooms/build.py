@@ -8,13 +8,14 @@ from hsbench.errors import SchemaError
 from hsbench.geometry.transforms import planar
 from hsbench.schema.scene import Scene, SceneObject
 from hsbench.synth.furniture import MOVABLE, Style, family
-from hsbench.synth.rooms.config import HomeConfig, RoomConfig, Weights
+from hsbench.synth.rooms.config import HomeConfig, RoomConfig
 from hsbench.synth.rooms.floor_plans import draw_home_plan, draw_room_plan, weighted
 from hsbench.synth.rooms.furnish import furnish
 from hsbench.synth.rooms.placing import Layout
 from hsbench.synth.rooms.plan import FloorPlan
+from hsbench.synth.rooms.room_roles import divided, draw_templates, eaten_in, eating_rooms
 from hsbench.synth.rooms.structure import around_room, room_style, structure
-from hsbench.synth.rooms.templates import TEMPLATES
+from hsbench.synth.rooms.templates import TEMPLATES, Template
 from hsbench.synth.seeds import Seeds
 
 
@@ -25,8 +26,8 @@ def build_scene(scene_id: str, seeds: Seeds, config: RoomConfig, families: tuple
     Raises SchemaError for no or unknown families.
     """
     style = _family(seeds, families)
-    template = weighted(seeds.rng("template"), divided(config.templates, config.divider_share))
-    plan = draw_room_plan(seeds, config, TEMPLATES[template].room_type)
+    template = TEMPLATES[weighted(seeds.rng("template"), divided(config.templates, config.divider_share))]
+    plan = draw_room_plan(seeds, config, template.room_type)
     return _furnished(scene_id, plan, (template,), seeds, config, style)
 
 
@@ -40,53 +41,6 @@ def build_home(scene_id: str, seeds: Seeds, config: HomeConfig, families: tuple[
     return _furnished(scene_id, plan, draw_templates(seeds, plan, config.room), seeds, config.room, style)
 
 
-def draw_templates(seeds: Seeds, plan: FloorPlan, config: RoomConfig) -> tuple[str, ...]:
-    """A template for each room of a plan. Raises SchemaError for a room type without one."""
-    weights = divided(config.templates, config.divider_share)
-    types = [room.room_type for room in plan.rooms]
-    found = []
-    for i, kind in enumerate(types):
-        own = tuple((name, w) for name, w in weights if TEMPLATES[name].room_type == kind)
-        if not own:
-            raise SchemaError(f"room.templates has none for a {kind}; expected one for each type of room")
-        wanted = (kind == _cooking_room(types), kind == _sleeping_room(types))
-        fitting = tuple((n, w) for n, w in own if (TEMPLATES[n].holds("kitchen"), _sleeps(n)) == wanted)
-        found.append(weighted(seeds.rng(f"template-{i}"), fitting or own))
-    return tuple(found)
-
-
-def _cooking_room(types: Sequence[str]) -> str:
-    """The type of the one room of a home where people cook: a kitchen, else the dining or living room."""
-    return next((kind for kind in ("kitchen", "dining", "living") if kind in types), "")
-
-
-def _sleeping_room(types: Sequence[str]) -> str:
-    """The type of the rooms of a home where people sleep: bedrooms, else the living room."""
-    return next((kind for kind in ("bedroom", "living") if kind in types), "")
-
-
-def _sleeps(template_name: str) -> bool:
-    """Whether every room of a template holds a bed."""
-    return any(TEMPLATES[template_name].holds(group) for group in ("bed", "bunk"))
-
-
-def divided(weights: Weights, share: float) -> Weights:
-    """The weights such that, within a room type that has both, templates with a divider have this share."""
-    totals: dict[tuple[str, bool], float] = {}
-    for name, weight in weights:
-        key = (TEMPLATES[name].room_type, TEMPLATES[name].divided)
-        totals[key] = totals.get(key, 0.0) + weight
-    found = []
-    for name, weight in weights:
-        kind, is_divided = TEMPLATES[name].room_type, TEMPLATES[name].divided
-        with_divider, without = totals.get((kind, True), 0.0), totals.get((kind, False), 0.0)
-        if with_divider and without:
-            own = share if is_divided else 1.0 - share
-            weight *= own * (with_divider + without) / (with_divider if is_divided else without)
-        found.append((name, weight))
-    return tuple((name, weight) for name, weight in found if weight > 0)
-
-
 def _family(seeds: Seeds, families: tuple[str, ...]) -> Style:
     """A style family narrowed to one home."""
     if not families:
@@ -95,14 +49,23 @@ def _family(seeds: Seeds, families: tuple[str, ...]) -> Style:
 
 
 def _furnished(
-    scene_id: str, plan: FloorPlan, templates: tuple[str, ...], seeds: Seeds, config: RoomConfig, home: Style
+    scene_id: str, plan: FloorPlan, templates: Sequence[Template], seeds: Seeds, config: RoomConfig, home: Style
 ) -> Scene:
     styles = [room_style(home, room.room_type, seeds.rng(f"style-{i}")) for i, room in enumerate(plan.rooms)]
     objects = structure(plan, seeds.child("structure"), home, styles)
-    placed: list[SceneObject] = []
-    for i, (template, style) in enumerate(zip(templates, styles, strict=True)):
+
+    def furnished(i: int, template: Template) -> Layout:
         bounds = around_room(objects, plan, i)
-        layout = furnish(plan.shell(i), bounds, template, style, seeds.child(f"room-{i}"), config)
+        return furnish(plan.shell(i), bounds, template, styles[i], seeds.child(f"room-{i}"), config)
+
+    layouts = [furnished(i, template) for i, template in enumerate(templates)]
+    # Where the room that should have it has no place for a table, another one takes it.
+    for i in eating_rooms(plan, templates)[1:]:
+        if any(eaten_in(layout) for layout in layouts):
+            break
+        layouts[i] = furnished(i, templates[i].with_table())
+    placed: list[SceneObject] = []
+    for layout in layouts:
         placed += _objects(layout, len(objects) + len(placed) + 1)
     return Scene(scene_id, plan.rooms, plan.height_m, (*objects, *placed), home.name)
 

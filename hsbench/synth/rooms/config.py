@@ -38,7 +38,7 @@ class RoomConfig:
     """Fewest and most objects of the furniture group in a room of usual size."""
     clutter_per_top: float = 1.2
     """Mean number of small things tried on a table or board, at most 3."""
-    curtain_share: float = 0.5
+    curtain_share: float = 0.7
     turned_chair_share: float = 0.2
     """Share of chairs at a table that stand somewhat turned, as left by who got up."""
     turned_chair_deg: float = 25.0
@@ -54,6 +54,8 @@ class RoomConfig:
     """From the middle of a seat to a cell one can walk to; half a cell is kept from the promised .7."""
     hand_reach_m: float = 0.7
     """From a door, drawer or handle to a cell one can walk to; half a cell is kept from the promised .75."""
+    window_reach_m: float = 0.93
+    """From the wall below the handle of a window to a cell one can walk to: one leans over low furniture."""
     bedside_m: float = 0.4
     """From the edge of a mattress to a cell one can walk to."""
 

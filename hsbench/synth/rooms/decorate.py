@@ -38,7 +38,7 @@ HIGHEST_M = 1.9  # and the highest middle over furniture
 ABOVE_M, BESIDE_M = 0.12, 0.05  # picture to what stands below it, and what counts as below
 CLOCK_M = 1.95
 TO_CEILING_M = 0.1
-PICTURES_PER_M = 0.13  # of wall, on average
+PICTURES_PER_M = 0.16  # of wall, on average
 ROW_SHARE, ROW_GAP_M = 0.35, 0.1  # of places with several pictures in a row, and the space between them
 CLOCK_SHARE = 0.25
 MOST_IN_ROW = 3
@@ -140,7 +140,7 @@ def pictures(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> 
     rng = seeds.rng("pictures")
     ctx = Context(layout, style, seeds.child("picture"), config)
     around = sum(w.length_m for w in layout.shell.walls)
-    wanted = int(rng.integers(0, round(2 * PICTURES_PER_M * around), endpoint=True))
+    wanted = int(rng.integers(1, max(1, round(2 * PICTURES_PER_M * around)), endpoint=True))
     items: list[Item] = []
     places = [*_above_furniture(layout), *_bare_places(layout, rng)]
     for k, (wall, along, width) in enumerate(places):

@@ -62,7 +62,7 @@ def in_middle(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator
 def cramped(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) -> Iterator[Proposal]:
     """For small rooms, by turns: a table with a side at a wall, with an end there, in the room; two or four chairs.
 
-    Last come those where a chair cannot be pulled back.
+    Last come those where a chair cannot be pulled back, and a table with place for one at its side.
     """
 
     def before() -> Iterator[Proposal]:
@@ -80,13 +80,16 @@ def cramped(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) 
             if fits(ctx, table, pose):
                 yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, False)[:2]]
 
+    alone = len(side_places(table)) == 1
     found = []
-    for turn in zip_longest(before(), at_end(), free()):
+    for turn in zip_longest(*(() if alone else (before(),)), at_end(), free()):
         for proposal in (p for p in turn if p is not None):
             yield proposal
             found.append(proposal)
     for proposal in found:
         yield [replace(item, behind_m=0.0) for item in proposal]
+    if alone:
+        yield from before()
 
 
 def chairs_round(

@@ -20,11 +20,12 @@ from hsbench.synth.rooms.placing import Layout
 from hsbench.synth.rooms.poses import Context
 from hsbench.synth.rooms.shell import Shell
 from hsbench.synth.rooms.supports import small_things
-from hsbench.synth.rooms.templates import FILLERS_OF, TEMPLATES, Template
+from hsbench.synth.rooms.templates import FILLERS_OF, Template, group_name
 from hsbench.synth.seeds import Seeds
 
 FITS = (1.0, 0.5, 0.0)  # a group that does not fit is tried in smaller sizes,
 EXTRA_FITS = FITS[:2]  # an extra not in the smallest, which has fallbacks for rooms that need the group
+SMALLEST = FITS[-1:]
 TURNS = 3  # independent draws of one group of the template
 MOST_ENDINGS = 5  # ways to place all groups of a template that are tried
 FILLER_ROUNDS = 3
@@ -55,40 +56,70 @@ RESORTS: dict[str, str] = {
     "study": "desk:wall", "office": "desk:wall", "meeting": "meeting:board",
 }  # fmt: skip
 """Room type -> the group that comes first where those of the template do not make the room what it is."""
+BESIDES: dict[str, frozenset[str]] = {
+    "kitchen": frozenset(("kitchen_counter",)),
+    "bed:alcove": frozenset(("bed", "bunk_bed")),
+    "dining:wall": frozenset(("dining_table",)),
+}
+"""Group -> categories of which a room has one where its template holds such a group, whatever its type."""
 
 
 def furnish(
-    shell: Shell, structure: Sequence[SceneObject], template_name: str, style: Style, seeds: Seeds, config: RoomConfig
+    shell: Shell, structure: Sequence[SceneObject], template: Template, style: Style, seeds: Seeds, config: RoomConfig
 ) -> Layout:
     """A furnished room. structure: the objects that bound it, scene frame. What does not fit is left out."""
-    template = TEMPLATES[template_name]
     small = min(1.0, shell.area_m2 / USUAL_M2)
     least = round(config.furniture[0] * small)
     layout = Layout(shell, structure, replace(config, furniture=(least, config.furniture[1])), template.room_type)
     rng = seeds.rng("programme")
     core = [_one_of(rng, names) for names in template.core]
-    empty = layout.mark()
-    _place_core(layout, style, seeds.child("core"), core)
-    if lacking(layout, template.room_type):
-        layout.back_to(empty)
-        _place_core(layout, style, seeds.child("resort"), [RESORTS[template.room_type], *core])
+    _place_essentials(layout, style, seeds, template, core)
     for step in AT_WINDOWS:
         step(layout, style, seeds, layout.config)
     wish = int(rng.integers(config.extras[0], config.extras[1], endpoint=True))
-    _place_extras(layout, style, seeds, template, round(wish * shell.area_m2 / USUAL_M2))
+    done = ONCE.intersection(group_name(group) for group in core)
+    extras = [group for group in template.extras if group_name(group) not in done]
+    _place_extras(layout, style, seeds, extras, round(wish * shell.area_m2 / USUAL_M2))
     _fill_up(layout, style, seeds.child("filler"), FILLERS_OF[template.room_type])
     for finish in FINISHES:
         finish(layout, style, seeds, layout.config)
     return layout
 
 
-def lacking(layout: Layout, room_type: str) -> list[frozenset[str]]:
-    """What makes a room of a type what it is and is not there."""
+def _place_essentials(layout: Layout, style: Style, seeds: Seeds, template: Template, core: Sequence[str]) -> None:
+    """Place the groups of a template; where the room then lacks something, try once more with that first, all small."""
+    empty = layout.mark()
+    _place_core(layout, style, seeds.child("core"), core)
+    wanted = _essentials(template)
+    has = _has(layout, wanted)
+    if all(has):
+        return
+    before = layout.mark()
+    first = list(dict.fromkeys(group for (group, _), found in zip(wanted, has, strict=True) if not found))
+    names = {group_name(group) for group in first}
+    layout.back_to(empty)
+    groups = [*first, *(g for g in core if group_name(g) not in names)]
+    _place_core(layout, style, seeds.child("resort"), groups, SMALLEST)
+    if _has(layout, wanted) < has:
+        layout.back_to(before)
+
+
+def _essentials(template: Template) -> list[tuple[str, frozenset[str]]]:
+    """(group, categories of which the room has one and which the group brings), those it cannot do without first."""
+    own = DEFINING.get(template.room_type, ())
+    held = [(g, c) for g, c in BESIDES.items() if c not in own and template.holds(group_name(g))]
+    return [*((RESORTS[template.room_type], categories) for categories in own), *held]
+
+
+def _has(layout: Layout, wanted: Sequence[tuple[str, frozenset[str]]]) -> list[bool]:
+    """Which of the essentials are there."""
     present = {item.piece.category_name for item in layout.items}
-    return [wanted for wanted in DEFINING.get(room_type, ()) if not wanted & present]
+    return [bool(categories & present) for _, categories in wanted]
 
 
-def _place_core(layout: Layout, style: Style, seeds: Seeds, groups: Sequence[str]) -> None:
+def _place_core(
+    layout: Layout, style: Style, seeds: Seeds, groups: Sequence[str], fits: Sequence[float] = FITS
+) -> None:
     """Place the groups of a template in order; where one finds no place, draw those before it anew.
 
     Of the endings that were tried, the room is left with the one that has most of the groups, the first ones above all.
@@ -107,7 +138,7 @@ def _place_core(layout: Layout, style: Style, seeds: Seeds, groups: Sequence[str
             return all(placed) or endings >= MOST_ENDINGS
         before = layout.mark()
         for turn in range(TURNS):
-            found = bool(_place(layout, style, seeds.child(f"{k}-{turn}"), groups[k]))
+            found = bool(_place(layout, style, seeds.child(f"{k}-{turn}"), groups[k], fits))
             if extend((*placed, found)):
                 return True
             layout.back_to(before)
@@ -119,16 +150,15 @@ def _place_core(layout: Layout, style: Style, seeds: Seeds, groups: Sequence[str
     layout.back_to(best_mark)
 
 
-def _place_extras(layout: Layout, style: Style, seeds: Seeds, template: Template, count: int) -> None:
-    """Place so many extras of a template, and the others as long as there is bare floor; those that need most first."""
+def _place_extras(layout: Layout, style: Style, seeds: Seeds, extras: Sequence[str], count: int) -> None:
+    """Place so many of the extras, and the others as long as there is bare floor; those that need most first."""
     rng = seeds.rng("extras")
-    order = [int(i) for i in rng.permutation(len(template.extras))]
+    order = [int(i) for i in rng.permutation(len(extras))]
     chosen, others = sorted(order[:count]), sorted(order[count:])
     for i in (*chosen, *others):
-        name = template.extras[i].partition(":")[0]
-        if (name in ONCE and template.holds(name)) or (i in others and layout.widest_m <= BARE_M):
-            continue
-        _place(layout, style, seeds.child(f"extra-{i}"), template.extras[i], EXTRA_FITS)
+        if i in others and layout.widest_m <= BARE_M:
+            break
+        _place(layout, style, seeds.child(f"extra-{i}"), extras[i], EXTRA_FITS)
 
 
 def _place(layout: Layout, style: Style, seeds: Seeds, group: str, fits: Sequence[float] = FITS) -> list[Item]:

@@ -10,6 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import chain
 
+import numpy as np
+
+from hsbench.synth.furniture import WALL_HUNG
 from hsbench.synth.rooms.bathroom import bathroom
 from hsbench.synth.rooms.bedroom import bed, bunk
 from hsbench.synth.rooms.dining import BENCH_WALL_M, dining
@@ -21,7 +24,7 @@ from hsbench.synth.rooms.living import facing_sofas, media, piano, reading
 from hsbench.synth.rooms.meeting import meeting
 from hsbench.synth.rooms.office import desk
 from hsbench.synth.rooms.poses import Context, Proposal, along_walls, in_corners, in_room, jitter
-from hsbench.synth.rooms.search import HANG_GAP_M, beside_ways, fits, leaves_way
+from hsbench.synth.rooms.search import HANG_GAP_M, beside_ways, fits, leaves_way, way_before_m
 from hsbench.synth.rooms.storage import play, storage
 
 Group = Callable[[Context, str], Iterator[Proposal]]
@@ -29,6 +32,8 @@ Group = Callable[[Context, str], Iterator[Proposal]]
 LOOSE = frozenset(("coat_rack", "waste_bin", "laundry_basket", "water_cooler"))
 """What stands at walls and aside from the line through a door, as plants and lamps do."""
 MOST_STOOLS = 2  # that stand about
+NO_SHELF_OVER = frozenset(("bed", "bunk_bed", "sofa", "armchair", "dining_table", "meeting_table"))
+HEAD_M = 0.15  # a shelf to the side of these
 
 
 def _at_wall(category_name: str, prefer: str, gap_m: float = 0.02, most: int = 9) -> Group:
@@ -42,7 +47,7 @@ def _at_wall(category_name: str, prefer: str, gap_m: float = 0.02, most: int = 9
                     continue
                 aside = category_name not in LOOSE or beside_ways(ctx, pose, piece.width / 2)
                 if aside and leaves_way(ctx, wall, along, gap_m + piece.depth):
-                    yield [Item(piece, pose)]
+                    yield [Item(piece, pose, front_m=None if category_name in WALL_HUNG else way_before_m(ctx))]
 
     return propose
 
@@ -60,6 +65,15 @@ def _in_corner(category_name: str, most: int) -> Group:
                     yield [Item(piece, pose)]
 
     return propose
+
+
+def _shelf(ctx: Context, mode: str) -> Iterator[Proposal]:
+    """A shelf on a wall, but not over a bed, a seat or a table."""
+    below = [item.corners for item in ctx.layout.items if item.piece.category_name in NO_SHELF_OVER]
+    for proposal in _at_wall("shelf", "middle", HANG_GAP_M, 2)(ctx, mode):
+        a, b = (f(proposal[0].corners, axis=0) for f in (np.min, np.max))
+        if not any((np.minimum(b, c.max(axis=0)) - np.maximum(a, c.min(axis=0)) > -HEAD_M).all() for c in below):
+            yield proposal
 
 
 def _stool(ctx: Context, mode: str) -> Iterator[Proposal]:
@@ -117,12 +131,12 @@ _GROUPS: dict[str, Group] = {
     "sideboard": _at_wall("sideboard", "middle"),
     "dresser": _at_wall("dresser", "any"),
     "bench": _at_wall("bench", "middle", BENCH_WALL_M, 1),
-    "shelf": _at_wall("shelf", "middle", HANG_GAP_M, 2),
+    "shelf": _shelf,
     "fridge": _at_wall("fridge", "corner", most=1),
     "washing_machine": _at_wall("washing_machine", "corner", most=1),
     "bathroom_cabinet": _at_wall("bathroom_cabinet", "corner", most=1),
     "laundry_basket": _at_wall("laundry_basket", "corner", most=1),
-    "towel_rail": _at_wall("towel_rail", "any", HANG_GAP_M, 2),
+    "towel_rail": _at_wall("towel_rail", "any", HANG_GAP_M, 1),
     "mirror": _at_wall("mirror", "any", HANG_GAP_M, 1),
     "whiteboard": _at_wall("whiteboard", "middle", HANG_GAP_M, 1),
     "filing_cabinet": _at_wall("filing_cabinet", "corner", most=3),

@@ -261,7 +261,7 @@ def _islands(units: _Units, free: Sequence[Stretch], aisle_m: float) -> Iterator
         pose = standing(wall, along, WALL_GAP_M + units.depth + aisle_m + island.depth / 2, HALF_TURN)
         y = island.depth / 2 + stool.depth / 2 + STOOL_GAP_M
         places = [(i + 0.5) * island.width / count - island.width / 2 for i in range(count)]
-        stools = [Item(stool, pose.then(at, y), optional=True) for at in places]
+        stools = [Item(stool, pose.then(at, y), optional=i > 0) for i, at in enumerate(places)]
         yield [*units.dressed(line), Item(island, pose), *stools]
 
 

@@ -166,24 +166,26 @@ def facing_sofas(ctx: Context, mode: str) -> Iterator[Proposal]:
 
 
 def reading(ctx: Context, mode: str) -> Iterator[Proposal]:
-    """An armchair in a corner or at a wall, turned into the room, with a lamp, a side table, a foot rest."""
+    """An armchair in a corner or at a wall, turned into the room, with a lamp or a side table and a foot rest.
+
+    The smallest size comes last without any of them.
+    """
     rng = ctx.rng("reading")
     chair = ctx.piece("armchair")
     rested = rng.random() < FOOT_REST_SHARE
     side = pick(rng, (-1, 1))
 
-    def with_company(pose: Pose) -> Proposal:
+    def with_company(pose: Pose) -> Iterator[Proposal]:
         lamp, small = ctx.piece("floor_lamp"), ctx.piece("side_table")
         out = chair.width / 2 + BESIDE_SEAT_M
-        items = [
-            Item(chair, pose),
-            Item(lamp, pose.then(side * (out + lamp.width / 2), chair.depth / 2 - SMALL_TABLE_M), optional=True),
-            Item(small, pose.then(-side * (out + small.width / 2), 0.0), optional=True),
-        ]
+        lit = pose.then(side * (out + lamp.width / 2), chair.depth / 2 - SMALL_TABLE_M)
+        aside = pose.then(-side * (out + small.width / 2), 0.0)
+        rests = []
         if rested:
             rest = ctx.piece("ottoman", fit=0.0)
-            items.append(Item(rest, pose.then(0.0, -(chair.depth + rest.depth) / 2 - FOOT_REST_M), optional=True))
-        return items
+            rests = [Item(rest, pose.then(0.0, -(chair.depth + rest.depth) / 2 - FOOT_REST_M), optional=True)]
+        yield [Item(chair, pose), Item(lamp, lit), Item(small, aside, optional=True), *rests]
+        yield [Item(chair, pose), Item(small, aside), *rests]
 
     corners = (
         p.then(0.0, 0.0, jitter(rng, ctx.config.armchair_yaw_deg)) for p in in_corners(ctx, chair, rng, WALL_GAP_M)
@@ -192,7 +194,11 @@ def reading(ctx: Context, mode: str) -> Iterator[Proposal]:
         p.then(0.0, 0.0, jitter(rng, ctx.config.armchair_yaw_deg / 2))
         for _, _, p in along_walls(ctx, chair, rng, "any", BEHIND_CHAIR_M)
     )
-    yield from (with_company(pose) for pose in chain(corners, walls) if fits(ctx, chair, pose))
+    poses = [pose for pose in chain(corners, walls) if fits(ctx, chair, pose)]
+    for pose in poses:
+        yield from with_company(pose)
+    if ctx.fit == 0.0:
+        yield from ([Item(chair, pose)] for pose in poses)
 
 
 def piano(ctx: Context, mode: str) -> Iterator[Proposal]:

@@ -15,12 +15,13 @@ from scipy import ndimage
 from hsbench.geometry.numerics import quantise_m
 from hsbench.schema.categories import category
 from hsbench.schema.scene import Room, Scene, SceneObject
+from hsbench.synth.furniture.openings import HANDLE_FROM_M
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.items import ON_FLOOR_M, Item
 from hsbench.synth.rooms.occupied import BODY, KEEP_OUT, ZONE, Inside, Prisms, Taken, any_near, flood, meet
 from hsbench.synth.rooms.shell import SKIRTING_M, Shell, rectangles
 from hsbench.truth.walkable import ENTRY_INSET_M, HEAD_ROOM_M, WalkMap, nearest_free_cell, shaded, walk_map
-from hsbench.typing import BoolArray
+from hsbench.typing import BoolArray, FloatArray
 
 APART_M = 0.005  # bodies of two objects keep this far from each other
 MAX_TRIED = 14  # arrangements of one group that get the full check
@@ -63,6 +64,10 @@ class Layout:
         self._reached = flood(self.walk.free, self._entries)
         self._keep_out = self.shell.keep_out(self.config.door_clear_m)
         self._floor = Prisms.of([(corners, 0.0, 1.0) for corners in rectangles(self.shell.outline_xy)])
+        opened = [o for o in self.shell.openings if not o.is_way and o.width_m > HANDLE_FROM_M]
+        handles = [quantise_m(self.shell.walls[o.wall].point(o.middle_m, 0.0)[None]) for o in opened]
+        reach_m = self.config.window_reach_m
+        self._handles = [(p, reach_m) for p in handles if self._near(self._reached, p, reach_m)]
         self._inside = Inside(self.shell.size_m[:2], np.array(self.shell.outside).reshape(-1, 4, 2))
         self._pack()
 
@@ -129,7 +134,7 @@ class Layout:
                 prisms.append((item.zone, 0.0, HEAD_ROOM_M, ZONE))
         self._taken = Taken.of(prisms, APART_M)
         self._standing = Prisms.of([(i.corners, *i.z_range) for i in self.items if i.stands])
-        self._needs = [need for item in self.items for need in item.needs(self.config)]
+        self._needs = [*self._handles, *(need for item in self.items for need in item.needs(self.config))]
         self._covered = sum(_footprint(item) for item in self.items)
 
     def _fitting(self, proposal: Sequence[Item]) -> list[Item]:
@@ -143,6 +148,10 @@ class Layout:
             elif not item.optional:
                 return []
         return kept
+
+    def _near(self, reached: BoolArray, points: FloatArray, limit_m: float) -> bool:
+        """Whether a reached cell is within a distance of one of the points (n, 2)."""
+        return bool(any_near(reached, self.walk.origin_xy, self.walk.cell_m, points, limit_m))
 
     def _take(self, new: Sequence[Item]) -> bool:
         """Put items into the room unless a promise would break."""
@@ -164,7 +173,7 @@ class Layout:
             if (walk.free & ~reached).sum() * cell > self.config.pocket_m2:
                 return False
             needs += self._needs
-        if not all(any_near(reached, walk.origin_xy, walk.cell_m, points, limit) for points, limit in needs):
+        if not all(self._near(reached, points, limit) for points, limit in needs):
             return False
         self.items += new
         self.walk, self._reached = walk, reached

@@ -39,7 +39,8 @@ LONGEST_LOBBY_MM = 1800
 SHAFT_MM = ((300, 600), (400, 900))  # depth, width of a shaft in a corner
 SHAFT_ROOM_M2 = 10.0  # rooms from this size on may have one
 WING_SHARE, LOBBY_SHARE, HEAD_SHARE, END_SHARE = 0.6, 0.3, 0.5, 0.7
-HALL_MM, HALL_MORE = (1300, 1700), 1.1  # beside the bathroom of a studio; floor that it adds to the living room
+HALL_MM = (1300, 1700)  # beside the bathroom of a studio
+STUDIO_MORE = 1.35  # room to live, cook and sleep in against one to live in
 LONGEST_BATH_MM, STUDIO_RATIO = 3000, (1.2, 1.8)
 GENEROUS = (0.0, 0.55)  # how far into the usual range of areas a home's rooms are
 ROOMS_DIFFER = (0.6, 1.4)  # one room of a home may be more generous than another
@@ -194,7 +195,7 @@ def _wing(
 def _studio(rng: np.random.Generator, types: tuple[str, ...], areas: list[float], wall: int) -> Sketch:
     """One large room with the bathroom cut out of a corner; the way in leads along it."""
     side = 1000 * ROOM_KINDS[types[1]].side_m
-    total = (areas[0] * HALL_MORE + areas[1]) * 1e6
+    total = (areas[0] * STUDIO_MORE + areas[1]) * 1e6
     hall = _cm(rng.uniform(*HALL_MM))
     wide = _cm(max(side, min(LONGEST_BATH_MM, math.sqrt(total / rng.uniform(*STUDIO_RATIO)) - hall - wall)))
     deep = _cm(max(side, areas[1] * 1e6 / wide))

@@ -17,7 +17,7 @@ from hsbench.synth.rooms.shell import Shell, Wall
 from hsbench.typing import BoolArray, FloatArray
 
 HANG_GAP_M = 0.002  # behind what hangs on a wall
-WAY_M = 0.85  # between what stands at a wall and the wall across (our default; a door of .8 m and its casing)
+WAY_M = 0.9  # between what stands at a wall and the wall across, in halls also what stands there (our default)
 BEFORE_WAY_M = 1.8  # plants and lamps stand aside from the line through a door up to here
 PROBE_M = 0.1  # width of the probe that looks for free wall
 ALTERNATIVES = 40  # places of one piece that a joint search knows
@@ -55,6 +55,11 @@ def across_m(shell: Shell, wall: Wall, along_m: float) -> float:
 def leaves_way(ctx: Context, wall: Wall, along_m: float, out_m: float) -> bool:
     """Whether people pass between what reaches so far from a place on a wall and the wall across."""
     return across_m(ctx.layout.shell, wall, along_m) - out_m >= WAY_M
+
+
+def way_before_m(ctx: Context) -> float | None:
+    """Depth of the floor before what stands at a wall that all other things leave free: in a hall people pass there."""
+    return WAY_M if ctx.layout.room_type == "corridor" else None
 
 
 def beside_ways(ctx: Context, pose: Pose, half_m: float) -> bool:

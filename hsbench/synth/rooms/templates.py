@@ -6,7 +6,12 @@ makes the room what it is first; some of ``extras`` besides. Novel templates ser
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+
+def group_name(group: str) -> str:
+    """The name of a group without its mode."""
+    return group.partition(":")[0]
 
 
 @dataclass(frozen=True)
@@ -20,7 +25,21 @@ class Template:
 
     def holds(self, group: str) -> bool:
         """Whether every room of this template has a group of a name, whatever its mode."""
-        return any(all(option.partition(":")[0] == group for option in names.split("|")) for names in self.core)
+        return any(all(group_name(option) == group for option in names.split("|")) for names in self.core)
+
+    def with_table(self) -> Template:
+        """The template with a table to eat at, next after what comes first and what people cook and sleep at."""
+        if self.holds("dining"):
+            return self
+        core = self.without_table().core
+        k = max([0, *(k for k, names in enumerate(core) if group_name(names) in ("kitchen", "bed"))]) + 1
+        return replace(self.without_table(), core=(*core[:k], "dining:wall", *core[k:]))
+
+    def without_table(self) -> Template:
+        """The template for a room where nobody eats but at a kitchen island."""
+        core = ("|".join(o for o in names.split("|") if group_name(o) != "dining") for names in self.core)
+        extras = tuple(group for group in self.extras if group_name(group) != "dining")
+        return replace(self, core=tuple(names for names in core if names), extras=extras)
 
     @property
     def divided(self) -> bool:
@@ -44,7 +63,7 @@ _STUDY = (
 )  # fmt: skip
 _DINING = ("piano", "reading", "storage", "sideboard", "bookshelf", "plant", "bench", "shelf", "floor_lamp", "plant")
 _KITCHEN = ("dining:wall", "sideboard", "waste_bin", "plant", "shelf")
-_BATHROOM = ("washing_machine", "bathroom_cabinet", "laundry_basket", "towel_rail", "waste_bin", "stool", "plant")
+_BATHROOM = ("washing_machine", "bathroom_cabinet", "laundry_basket", "waste_bin", "stool", "plant")
 _OFFICE = (
     "desk:wall", "desk:wall", "reading", "storage", "filing_cabinet", "bookshelf", "whiteboard", "coat_rack", "plant",
     "waste_bin", "plant",
@@ -60,8 +79,8 @@ TEMPLATES: dict[str, Template] = {
     "living_dining": Template("living", ("media:any", "dining:middle|dining:wall", "bookshelf"), _LIVING),
     "living_kitchen": Template("living", ("media:any", "kitchen|kitchen:corner", "dining:wall"), _LIVING),
     "living_divider": Template("living", ("media:wall", "divider", "desk:wall|reading"), _LIVING),
-    "living_bedsit": Template("living", ("bed:alcove", "media:any", "wardrobe", "dining:wall"), _LIVING),
-    "living_studio": Template("living", ("kitchen|kitchen:corner", "bed:alcove", "media:any", "dining:wall",
+    "living_bedsit": Template("living", ("bed:alcove", "media:any", "dining:wall", "wardrobe"), _LIVING),
+    "living_studio": Template("living", ("kitchen|kitchen:corner", "bed:alcove", "dining:wall", "media:any",
                                          "wardrobe"), _LIVING),
     "bedroom_plain": Template("bedroom", ("bed", "wardrobe", "dresser|desk:wall"), _BEDROOM),
     "bedroom_sitting": Template("bedroom", ("bed", "wardrobe", "reading", "dresser"), _BEDROOM),
@@ -79,9 +98,10 @@ TEMPLATES: dict[str, Template] = {
     "kitchen_corner": Template("kitchen", ("kitchen:corner",), _KITCHEN),
     "kitchen_table": Template("kitchen", ("kitchen|kitchen:corner", "dining:wall"), _KITCHEN),
     "kitchen_island": Template("kitchen", ("kitchen:island", "plant"), _KITCHEN),
-    "bathroom_shower": Template("bathroom", ("bathroom:shower",), _BATHROOM),
-    "bathroom_tub": Template("bathroom", ("bathroom:tub",), _BATHROOM),
-    "bathroom_laundry": Template("bathroom", ("bathroom:shower|bathroom:tub", "washing_machine", "laundry_basket"),
+    "bathroom_shower": Template("bathroom", ("bathroom:shower", "towel_rail"), _BATHROOM),
+    "bathroom_tub": Template("bathroom", ("bathroom:tub", "towel_rail"), _BATHROOM),
+    "bathroom_laundry": Template("bathroom", ("bathroom:shower|bathroom:tub", "washing_machine", "laundry_basket",
+                                              "towel_rail"),
                                  _BATHROOM),
     "office_single": Template("office", ("desk:free", "filing_cabinet", "bookshelf", "reading"), _OFFICE),
     "office_walls": Template("office", ("desk:wall", "desk:wall", "desk:wall", "filing_cabinet"), _OFFICE),
@@ -95,8 +115,8 @@ TEMPLATES: dict[str, Template] = {
     "corridor_plain": Template("corridor", ("shoe_cabinet|coat_rack",), _CORRIDOR),
     "living_facing": Template("living", ("facing", "sideboard|storage", "reading"), _LIVING, novel=True),
     "living_facing_bed": Template("living", ("bed:alcove", "facing", "wardrobe"), _LIVING, novel=True),
-    "living_loft": Template("living", ("kitchen:island", "bed:alcove", "facing", "wardrobe"), _LIVING, novel=True),
-    "bedroom_island": Template("bedroom", ("bed:island", "wardrobe", "reading"), _BEDROOM, novel=True),
+    "living_loft": Template("living", ("kitchen", "bed:alcove", "facing", "wardrobe"), _LIVING, novel=True),
+    "bedroom_twin": Template("bedroom", ("bed:twin|bed", "wardrobe", "reading"), _BEDROOM, novel=True),
     "study_pair": Template("study", ("desk:pair", "bookshelf", "sofa"), _STUDY, novel=True),
     "dining_bench": Template("dining", ("dining:bench", "sideboard", "storage"), _DINING, novel=True),
     "dining_bench_kitchen": Template("dining", ("kitchen", "dining:bench", "sideboard"), _DINING, novel=True),
@@ -113,7 +133,7 @@ FILLERS_OF: dict[str, tuple[str, ...]] = {
     "study": ("plant", "floor_lamp", "shelf", "waste_bin", "bookshelf"),
     "dining": ("plant", "floor_lamp", "shelf", "bookshelf"),
     "kitchen": ("waste_bin", "shelf", "plant"),
-    "bathroom": ("waste_bin", "laundry_basket", "towel_rail", "bathroom_cabinet"),
+    "bathroom": ("waste_bin", "laundry_basket", "bathroom_cabinet"),
     "office": ("plant", "waste_bin", "shelf", "bookshelf", "filing_cabinet"),
     "meeting": ("plant", "waste_bin", "shelf", "sideboard"),
     "corridor": ("shelf", "mirror"),

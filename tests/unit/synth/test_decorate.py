@@ -23,7 +23,7 @@ def furnished(name: str, seed: int = 5) -> Layout:
     template = TEMPLATES[name]
     layout = Layout(plain_shell(template.room_type, True, seed), [], CONFIG)
     style = context(layout, seed).style
-    return furnish(layout.shell, [], name, style, Seeds(seed).child(name), RoomConfig(curtain_share=1.0))
+    return furnish(layout.shell, [], template, style, Seeds(seed).child(name), RoomConfig(curtain_share=1.0))
 
 
 @pytest.mark.parametrize("name", TEMPLATES)
