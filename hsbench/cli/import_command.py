@@ -1,4 +1,4 @@
-"""``hsbench import sscnet``, ``hsbench import kinect-csv`` and ``hsbench import scene``."""
+"""``hsbench import``: SSCNet frames, Kinect v2 recordings and scenes; ``import_poses`` has the other recorded poses."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from hsbench.cli.common import ANY_PATH, FOLDER
+from hsbench.cli.import_poses import COMMANDS
 
 FILE = click.Path(path_type=Path, dir_okay=False)
 
@@ -137,6 +138,10 @@ def scene(
     shown = (f"{(plan >> kind & 1).sum() * cell_m2:.2f} m2 {kind.name.lower()}" for kind in Affordance)
     click.echo(f"from above: {', '.join(shown)}")
     click.echo(f"next: hsbench export {out} --plan plan.svg")
+
+
+for pose_command in COMMANDS:
+    command.add_command(pose_command)
 
 
 def _tilt(tilt_rad: float) -> str:

@@ -36,7 +36,7 @@ RANK = {name: rank for rank, names in enumerate(RANKS) for name in names}
 
 HOMES = {
     "torch": ("torch",), "safetensors": ("torch",), "matplotlib": ("viz",), "rerun": ("viz",),
-    "distributed": ("synth",),
+    "distributed": ("synth",), "h5py": ("datasets",),
     "pyrender": ("synth",), "OpenGL": ("synth",), "embreex": ("synth",), "trimesh": ("synth",), "click": ("cli",),
 }  # fmt: skip
 """Packages of an extra (and click) and the only packages of ours that may name them."""
