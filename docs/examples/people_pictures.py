@@ -207,7 +207,7 @@ def photograph(
     here = scene_in(episode_T_scene, scene)
     lights = room_lighting(here, sensor.world_T_camera[:2, 3])
     poses = poses_in(episode_T_scene, life.poses)
-    filming = Filming(here, life.bodies, poses, sensor, renderer, lights, life.motions)
+    filming = Filming(here, life.bodies, poses, sensor, renderer, lights, life.motions, life.held)
     background = filming.background()
     patch = filming.patch(background, timestamp_ns)
     rgb = background.rgb.copy()

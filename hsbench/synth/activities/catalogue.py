@@ -17,9 +17,11 @@ Peak = tuple[float, float, float]
 class Activity:
     """One row.
 
-    how: ``wander``, ``stand``, ``talk``, ``beside`` (stand by a thing), ``touch``, ``sit`` or ``lie``.
+    how: ``wander``, ``stand``, ``talk``, ``beside`` (stand by a thing), ``touch``, ``fetch``, ``sit``, ``lie`` or
+    ``leave`` (by the entrance, to come back).
     categories: of what is used; () is any. roles: of the parts that are touched; () is any.
-    near: categories of what must be within ``within_m`` of a seat, and in front of it; () is nothing.
+    near: categories of what must be within ``within_m`` of a seat, and in front of it; () is nothing. Of ``fetch``:
+    to what things are brought.
     gesture: of ``people.gestures``. hands: the gesture begins with hands on what is touched, or on what is near.
     median_s, spread: of the duration, and the standard deviation of its logarithm.
     weight: how often, against the others, in the hours without a peak. social: others like to join.
@@ -39,7 +41,13 @@ class Activity:
     peaks: tuple[Peak, ...] = ()
     social: bool = False
 
+    @property
+    def is_at_table(self) -> bool:
+        """Whether one sits upright for it, with what it needs at hand."""
+        return self.how == "sit" and bool(self.near) and self.within_m <= AT_HAND_M
 
+
+AT_HAND_M = 1.0
 TABLES = ("dining_table", "kitchen_island", "coffee_table", "meeting_table", "kitchen_counter")
 EASY = ("sofa", "armchair", "ottoman", "bench")
 UPRIGHT = ("chair", "office_chair", "stool", "bar_stool", "armchair", "bench", "sofa")
@@ -114,11 +122,14 @@ CATALOGUE: tuple[Activity, ...] = (
              median_s=15.0, weight=1.2, peaks=MEALS),
     Activity("switch_light", "touch", roles=("switch",), median_s=1.5, weight=1.0, peaks=((7.0, 1.0, 3.0), EVENING[0])),
     Activity("use_thing", "touch", median_s=3.0, weight=1.5),
+    Activity("fetch", "fetch", categories=("fridge", *STORES), near=(*TABLES, "desk"), median_s=3.0, weight=1.5,
+             peaks=MEALS),
     Activity("look_out", "beside", categories=("window",), within_m=1.3, median_s=12.0, weight=1.0),
     Activity("look_at", "beside", categories=("picture", "mirror", "wall_clock", "bookshelf"), within_m=1.3,
              median_s=6.0, weight=0.6),
     Activity("water_plant", "beside", categories=("plant", "vase"), within_m=0.9, gesture="pour", median_s=12.0,
              weight=0.6, peaks=((9.0, 2.0, 2.0),)),
+    Activity("go_out", "leave", median_s=300.0, spread=0.8, weight=0.3, peaks=((8.0, 1.0, 3.0), (17.0, 2.0, 2.0))),
     Activity("use_toilet", "sit", categories=("toilet",), median_s=120.0, spread=0.6, weight=0.5),
     Activity("sleep", "lie", categories=("bed", "bunk_bed"), median_s=14400.0, spread=0.5, weight=0.15, peaks=NIGHT),
     Activity("nap", "lie", categories=("sofa", "bed"), median_s=900.0, spread=0.6, weight=0.25,

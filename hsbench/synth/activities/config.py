@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hsbench.errors import SchemaError
 from hsbench.synth.activities.schedule import HABITS
+from hsbench.synth.people.bvh import Clip
 
 Range = tuple[float, float]
 
@@ -25,8 +26,10 @@ class LifeConfig:
     square metre of floor and 30 s a seat one person comes near 95 % of the floor, and has sat wherever the own body
     fits. ``natural`` does what the hour suggests.
     start_hour: of the day at t0. habits: family of ``schedule.HABITS`` of each person, in turn.
-    speed_m_s: a walker's pace, m/s. atypical_share: of sits and touches that become sitting on a table's edge: life
-    is not a label. unused_share: of the things that nobody ever uses.
+    speed_m_s: a walker's pace, m/s. atypical_share: of sits and touches that are followed by sitting on what is no
+    seat (a floor, an edge, an arm): life is not a label. Some are still due at the end. unused_share: of the things
+    that nobody ever uses.
+    clips: motion capture that people in natural mode play, now and then, where there is room.
     Of the exploring mode: explore, sit, touch, look: weights of what is done next. stand_s: pauses. sit_s: on a seat.
     touch_s: a hand at rest on a part. look_s: at a window. touches_seated: tries to touch something while seated.
     """
@@ -50,8 +53,9 @@ class LifeConfig:
     look_s: Range = (2.0, 5.0)
     speed_m_s: Range = (0.9, 1.2)
     touches_seated: int = 2
-    atypical_share: float = 0.04
+    atypical_share: float = 0.045
     unused_share: float = 0.1
+    clips: tuple[Clip, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.fps > 0:

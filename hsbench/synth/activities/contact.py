@@ -16,7 +16,7 @@ from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
 
 AXIS_SHARES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # points of a capsule's axis that are tested
 BEDDING_M = 0.12  # pillows and duvets on a mattress are as thick, at most (as in ``truth.sittable``)
-YIELDING = frozenset(("cushion",))  # what gives way wherever it lies
+YIELDING = frozenset(("cushion", "curtain"))  # what gives way wherever it lies
 
 
 @dataclass(frozen=True, eq=False)

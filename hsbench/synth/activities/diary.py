@@ -7,11 +7,14 @@ from typing import TypeVar
 
 import numpy as np
 
+from hsbench.geometry.numerics import quantise_m
 from hsbench.schema.states import Action
 from hsbench.synth.people.channels import Channels, concatenate
-from hsbench.typing import UInt8Array
+from hsbench.typing import BoolArray, FloatArray, UInt8Array
 
 T = TypeVar("T")
+
+CONTACTS = ("sit", "touch")
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,15 @@ class Shift:
     move: tuple[float, float, float]
 
 
+@dataclass(frozen=True, eq=False)
+class Played:
+    """Joints (n, 25, 3), scene frame, that replace those of the plan from a frame on, by weights (n,)."""
+
+    first: int
+    joints: FloatArray
+    weight: FloatArray
+
+
 @dataclass(frozen=True)
 class Undone:
     """What was to be done at a frame and was not, and why."""
@@ -57,6 +69,9 @@ class Diary:
         self.done: list[Doing] = []
         self.shifts: list[Shift] = []
         self.undone: list[Undone] = []
+        self.contacts = 0  # sits and touches begun so far
+        self.played: list[Played] = []
+        self.away: list[tuple[int, int]] = []  # frames from first to before stop at which one is not there
 
     @property
     def here(self) -> Channels:
@@ -71,6 +86,7 @@ class Diary:
 
     def start(self, activity: str, object_id: int = 0, part: str = "", contact: str = "") -> Doing:
         """An event begins with the next frame."""
+        self.contacts += activity in CONTACTS
         self.open.append(Doing(activity, self.frame, -1, object_id, part, contact))
         return self.open[-1]
 
@@ -87,8 +103,27 @@ class Diary:
         """(stop - first,) uint8 of ``Action``."""
         return np.concatenate(self._actions)[first - self._kept : stop - self._kept]
 
+    def is_there(self, first: int, stop: int) -> BoolArray:
+        """(stop - first,) bool."""
+        frames = np.arange(first, stop)
+        return ~np.any([(frames >= low) & (frames < high) for low, high in [(0, 0), *self.away]], axis=0)
+
+    def with_clips(self, first: int, joints: FloatArray) -> FloatArray:
+        """(n, 25, 3) joints from a frame on, with the clips played then."""
+        joints = joints.copy()
+        for played in self.played:
+            low, high = (
+                int(np.clip(f - first, 0, len(joints))) for f in (played.first, played.first + len(played.weight))
+            )
+            own = slice(low + first - played.first, high + first - played.first)
+            weight = played.weight[own, None, None]
+            joints[low:high] = quantise_m((1 - weight) * joints[low:high] + weight * played.joints[own])
+        return joints
+
     def forget(self, before: int) -> None:
         """Drop the motion before a frame."""
+        self.played = [played for played in self.played if played.first + len(played.weight) > before]
+        self.away = [span for span in self.away if span[1] > before]
         while len(self._chunks) > 1 and self._kept + len(self._chunks[0]) <= before:
             self._kept += len(self._chunks.pop(0))
             self._actions.pop(0)

@@ -14,9 +14,9 @@ import numpy as np
 from hsbench.geometry.numerics import quantise_m
 from hsbench.schema.states import Action
 from hsbench.synth.activities.diary import Shift
-from hsbench.synth.activities.seats import Seat, Surface, facing_chair, scoot
+from hsbench.synth.activities.seats import Seat, Surface, facing_chair
 from hsbench.synth.activities.touches import moved_touch, reach_out
-from hsbench.synth.people.motion import stand, walk
+from hsbench.synth.people.motion import scoot, stand, walk
 from hsbench.synth.people.timing import frames_of, shares_of, smooth
 from hsbench.typing import FloatArray
 

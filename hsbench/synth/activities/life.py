@@ -22,9 +22,10 @@ from hsbench.schema.skeletons import KINECT_V2
 from hsbench.synth.activities.config import LifeConfig
 from hsbench.synth.activities.diary import Doing, Shift
 from hsbench.synth.activities.entrance import find_entrance
+from hsbench.synth.activities.going import come_in
 from hsbench.synth.activities.person import Person, Present
 from hsbench.synth.activities.places import Places
-from hsbench.synth.activities.traffic import Traffic
+from hsbench.synth.activities.traffic import Traffic, Way
 from hsbench.synth.people.body import Body
 from hsbench.synth.people.channels import OVERLAP_S, pose_block
 from hsbench.synth.people.navigation import nearest_free
@@ -43,6 +44,7 @@ class Life:
     bodies: body of person 1, 2, ... poses: true joints, scene frame, all TRACKED, track_id = person id, a row for each
     frame in which the person is there. action: (N,) uint8 of ``Action`` for each pose. events: who did what.
     motions: of chairs and of the door. undone: (person, activity, reason) of what was to be done and was not.
+    held: (N,) uint8, what is in the hands at each pose, for the eye alone: a place in ``people.HELD``; None: nothing.
     """
 
     bodies: tuple[Body, ...]
@@ -51,6 +53,7 @@ class Life:
     events: EventTable
     motions: ObjectMotions = field(default_factory=ObjectMotions.none)
     undone: tuple[tuple[int, str, str], ...] = ()
+    held: UInt8Array | None = None
 
 
 def live(scene: Scene, seeds: Seeds, config: LifeConfig) -> Life:
@@ -60,7 +63,11 @@ def live(scene: Scene, seeds: Seeds, config: LifeConfig) -> Life:
     floor can be walked to; without a door, on the free cell farthest from everything. A scene without a free cell stays
     empty: no body, no pose, no event.
     """
-    blocks = list(stream(scene, seeds, config))
+    return joined(list(stream(scene, seeds, config)))
+
+
+def joined(blocks: Sequence[Life]) -> Life:
+    """The life whose consecutive pieces are given; at least one."""
     tables = [block.poses for block in blocks]
     joints = [table.joints_m for table in tables if table.joints_m is not None]
     poses = PoseTable(
@@ -77,6 +84,7 @@ def live(scene: Scene, seeds: Seeds, config: LifeConfig) -> Life:
         _joined_events([block.events for block in blocks]),
         _joined_motions([block.motions for block in blocks]),
         tuple(row for block in blocks for row in block.undone),
+        np.concatenate([block.held for block in blocks if block.held is not None]),
     )
 
 
@@ -113,27 +121,27 @@ class Crowd:
         gaps_s = rng.uniform(*config.arrival_s, config.people - 1).round(1)
         self.arrivals = [first + round(gap_s * config.fps) for gap_s in [0.0, *np.cumsum(gaps_s)]]
         self._turns: list[Iterator[None]] = []
-        self.entrance = (
-            find_entrance(scene, self.places.floor, xy, self.places.obstacles) if config.from_outside else None
-        )
+        if config.from_outside:
+            self.places.entrance = find_entrance(scene, self.places.floor, xy, self.places.obstacles)
 
     def block(self, start: int, stop: int, last: int) -> Life:
         """Frames start .. stop - 1 of a life of ``last`` frames."""
         fps = self.config.fps
         lead = int(np.ceil(OVERLAP_S * fps))
         self._advance(stop + lead)
-        tables, actions = [], []
+        tables, actions, held = [], [], []
         for person in self.people:
             diary = person.diary
             begin = max(start, diary.begin)
             if begin >= stop:
                 continue
             before = min(lead, begin - diary.begin)
-            joints = pose_block(
-                person.body, diary.motion(begin - before, stop + lead), begin - before, fps, person.idle
-            )[before : before + stop - begin]
-            tables.append((person.number + 1, begin, joints))
-            actions.append(diary.actions(begin, stop))
+            motion, here = diary.motion(begin - before, stop + lead), slice(before, before + stop - begin)
+            joints = pose_block(person.body, motion, begin - before, fps, person.idle)[here]
+            joints, there = diary.with_clips(begin, joints), diary.is_there(begin, stop)
+            held.append(motion.held[here][there].astype(np.uint8))
+            tables.append((person.number + 1, begin + np.flatnonzero(there), joints[there]))
+            actions.append(diary.actions(begin, stop)[there])
         order = np.lexsort((_ids(tables), _frames(tables)))
         ended = [(person.number + 1, doing) for person in self.people for doing in _ended(person, stop, stop == last)]
         undone = [(u.frame, p.number + 1, u.activity, u.reason) for p in self.people for u in p.diary.undone]
@@ -144,6 +152,7 @@ class Crowd:
             _events([(person, _clipped(doing, last)) for person, doing in ended], fps),
             _motions([s for person in self.people for s in _shifted(person, stop)], fps),
             tuple(row[1:] for row in sorted(undone)),
+            np.concatenate([np.empty(0, np.uint8), *held])[order],
         )
         for person in self.people:
             person.diary.undone.clear()
@@ -169,20 +178,32 @@ class Crowd:
     def _arrive(self, frame: int) -> None:
         assert self.entry is not None
         xy, number = self.entry[0], len(self.people)
-        door = np.stack([xy, xy])
-        if self.traffic.refusal(number, door) or self.traffic.conflict(number, frame, np.empty((0, 2)), door):
-            self.arrivals[0] += round(ENTRY_TRIES_S * self.config.fps)
-            return
         node = self.seeds.child("person").child(number + 1)
         person = Person(number, self.places, self.traffic, self.company, self.config, node, frame, xy, self.yaw_rad)
-        if self.entrance is None:
-            self.traffic.settle(number, frame, door)
-        elif not person.comes_in(self.entrance):
+        entrance = self.places.entrance
+        if not (self._begins(number, frame) if entrance is None else come_in(person, entrance)):
+            self.traffic.awaited = self._way_in()
             self.arrivals[0] += round(ENTRY_TRIES_S * self.config.fps)
             return
+        self.traffic.awaited = None
         self.people.append(person)
         self._turns.append(person.live())
         self.arrivals.pop(0)
+
+    def _begins(self, number: int, frame: int) -> bool:
+        """Begin inside the door, if nobody is there."""
+        door = self._way_in().places
+        if self.traffic.taken(number, door) or self.traffic.conflict(number, frame, np.empty((0, 2)), door):
+            return False
+        self.traffic.settle(number, frame, door)
+        return True
+
+    def _way_in(self) -> Way:
+        """What a newcomer needs."""
+        assert self.entry is not None
+        if self.places.entrance is not None:
+            return Way(self.places.entrance.way, self.places.entrance.swept)
+        return Way(np.stack([self.entry[0]] * 2), np.zeros_like(self.places.floor.free))
 
 
 def stamps(frames: IntArray, fps: int) -> IntArray:
@@ -216,12 +237,12 @@ def _inward(xy: FloatArray, walk: WalkMap, reachable: BoolArray) -> float:
     return float(np.round(np.arctan2(ahead[1], ahead[0]), 4))
 
 
-Rows = Sequence[tuple[int, int, FloatArray]]
-"""For each person: id, first frame, joints (n, 25, 3)."""
+Rows = Sequence[tuple[int, IntArray, FloatArray]]
+"""For each person: id, frames (n,), joints (n, 25, 3)."""
 
 
 def _frames(tables: Rows) -> IntArray:
-    return np.concatenate([np.empty(0, np.int64), *(first + np.arange(len(joints)) for _, first, joints in tables)])
+    return np.concatenate([np.empty(0, np.int64), *(frames for _, frames, _ in tables)])
 
 
 def _ids(tables: Rows) -> IntArray:

@@ -17,12 +17,14 @@ from hsbench.schema.episode import NS_PER_S
 from hsbench.schema.motions import scene_at
 from hsbench.schema.scene import Part, Scene, SceneObject
 from hsbench.synth.activities.contact import Obstacles, body_depth
+from hsbench.synth.activities.diary import CONTACTS
 from hsbench.synth.activities.life import Life
 from hsbench.synth.activities.mesh_contact import first_hit
 from hsbench.synth.people import body as anatomy
 from hsbench.synth.people.body import J, capsules
 from hsbench.synth.people.joint_limits import limit_violations
 from hsbench.synth.survey import Promise
+from hsbench.truth.sittable import SEAT_ROLES
 from hsbench.typing import BoolArray, FloatArray, IntArray
 
 DEEP_M = 0.03  # deeper is a penetration
@@ -34,7 +36,6 @@ MOVING_M_S = 0.1  # who is slower does not walk
 WALK_M = 1.0  # shorter walks have no speed of their own
 SITTING = ("sit_down", "sit", "stand_up", "sleep", "nap")
 FASTER = 300.0
-ATYPICAL_ROLE = "top"  # what is not meant for sitting
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ def measure(scene: Scene, life: Life) -> Measures:
         speed_m_s=tuple(_speeds(life, joints)),
         over_limit=int((limit_violations(joints).reshape(len(joints), -1) > 0).any(axis=1).sum()),
         stuck_s=tuple(_waits(life)),
-        contacts=sum(life.events.activity[k] in ("sit", "touch") for k in used),
+        contacts=sum(life.events.activity[k] in CONTACTS for k in used),
         atypical=sum(_is_atypical(scene, life, k) for k in used),
         events=_counted(life.events.activity),
         undone=_counted([f"{activity}: {_general(reason)}" for _, activity, reason in life.undone]),
@@ -265,7 +266,7 @@ def _is_atypical(scene: Scene, life: Life, event: int) -> bool:
     if life.events.activity[event] != "sit":
         return False
     item = scene.object(int(life.events.object_id[event]))
-    return any(p.name == life.events.part[event] and p.role == ATYPICAL_ROLE for p in item.parts)
+    return any(p.name == life.events.part[event] and p.role not in SEAT_ROLES for p in item.parts)
 
 
 def _general(reason: str) -> str:

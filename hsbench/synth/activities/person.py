@@ -15,21 +15,24 @@ from hsbench.geometry.numerics import quantise_m
 from hsbench.schema.scene import SceneObject
 from hsbench.schema.states import Action
 from hsbench.synth.activities.catalogue import CATALOGUE, EXPLORE, LOOK, SIT, TOUCH, Activity
+from hsbench.synth.activities.clips import PLAY, play
 from hsbench.synth.activities.config import LifeConfig, Range
 from hsbench.synth.activities.contact import body_depth
 from hsbench.synth.activities.diary import Diary, Undone, rows_of
-from hsbench.synth.activities.entrance import OPEN_S, SHUT_S, Entrance
+from hsbench.synth.activities.fetching import fetch
+from hsbench.synth.activities.going import go_out
+from hsbench.synth.activities.lounging import at_ease
 from hsbench.synth.activities.places import Places
 from hsbench.synth.activities.schedule import HABITS, duration_s, weights
 from hsbench.synth.activities.seats import Seat, Surface
 from hsbench.synth.activities.sitting import NO_SEAT, lie_somewhere, sit_somewhere
-from hsbench.synth.activities.standing import stand_about, stand_beside, talk, towards, wander
+from hsbench.synth.activities.standing import stand_about, stand_beside, talk, wander
 from hsbench.synth.activities.touching import touch_something
 from hsbench.synth.activities.traffic import Traffic, without_lines
 from hsbench.synth.people.body import Body
-from hsbench.synth.people.channels import Channels, Idle, concatenate, pose_block, standing
+from hsbench.synth.people.channels import Channels, Idle, pose_block, standing
 from hsbench.synth.people.gestures import gesture
-from hsbench.synth.people.motion import shift, stand, walk
+from hsbench.synth.people.motion import carry, shift, stand, walk
 from hsbench.synth.people.navigation import costs_from, route_from
 from hsbench.synth.seeds import Seeds
 from hsbench.typing import FloatArray
@@ -47,6 +50,7 @@ LEAST_JOINED_S = 20.0
 SEATS_FIRST = 4.0  # how much likelier one who explores sits while there are seats that nobody has tried
 AGAIN_GAIN = 0.1  # and one that one has just done
 FEET_APART_M = 0.25  # of those who sit opposite each other
+ELBOWS_M = 0.82  # between the pelvises of neighbours, where one works with the hands
 CHECK_FRAMES = 10  # a gesture is tried against furniture every so many frames
 GRAZE_M = 0.025
 TWO_HANDED = ("type",)
@@ -57,14 +61,12 @@ Steps = Generator[None, None, str]
 
 @dataclass(frozen=True)
 class Present:
-    """What somebody is doing: activity, the object it is about (0: none), until which frame, and where the feet of who
-    sits are.
-    """
+    """What somebody is doing: activity, the object it is about (0: none), until which frame, and on which seat."""
 
     activity: Activity
     anchor: int
     until: int
-    feet_xy: tuple[float, float] | None = None
+    seat: Seat | None = None
 
 
 class Person:
@@ -83,48 +85,20 @@ class Person:
         self.diary = Diary(frame, standing(self.body, xy, yaw_rad))
         self.seen = np.zeros_like(places.floor.free)
         self.unfit: set[int] = set()  # surfaces on which there was no room for this body
-        self.atypical_due = 0
+        self.atypical_due = self.judged = 0  # sits owed to the contacts so far, and how many of those have been judged
         self.last = EXPLORE
-        self._remember(xy[None])
+        self.remember(xy[None])
 
     def live(self) -> Iterator[None]:
         """Does one thing after another; yields whenever time has passed."""
-        natural = self.config.mode == "natural"
+        natural, clips = self.config.mode == "natural", (PLAY,) if self.config.clips else ()
         if not natural:
             yield from wander(self, EXPLORE)
         while True:
             before = self.diary.frame
-            yield from self._next(CATALOGUE if natural else (EXPLORE, SIT, TOUCH, LOOK))
+            yield from self._next((*CATALOGUE, *clips) if natural else (EXPLORE, SIT, TOUCH, LOOK))
             if self.diary.frame == before:
                 yield from self.wait(WAIT_S)
-
-    def comes_in(self, entrance: Entrance) -> bool:
-        """Open a door, come in and shut it, if nobody is in the way; the first thing one does."""
-        diary, fps = self.diary, self.fps
-        outside = entrance.way[0]
-        start = standing(self.body, outside, towards(outside, entrance.way[1]))
-        opening = start.hold(round(OPEN_S * fps))
-        chunk = concatenate([opening, walk(self.body, opening, entrance.way, None, self.config.speed_m_s[0], fps)])
-        shut = diary.begin + 1 + len(chunk) + round(SHUT_S * fps)
-        rest = np.stack([entrance.way[-1]] * 2)
-        traffic = self.traffic
-        if traffic.is_away(entrance.object_id, diary.begin):
-            return False
-        if traffic.refusal(self.number, rest) or traffic.conflict(self.number, diary.begin, chunk.xy, rest):
-            return False
-        if not traffic.can_move(self.number, entrance.swept, diary.begin):
-            return False
-        traffic.go(self.number, diary.begin, chunk.xy, rest)
-        traffic.lend(self.number, entrance.object_id, entrance.swept, diary.begin, shut + 1)
-        self.diary = diary = Diary(diary.begin, start)
-        doing = diary.start("enter", entrance.object_id)
-        diary.add(chunk, Action.STAND)
-        diary.stop(doing)
-        keys = ((diary.begin, 0.0), (diary.begin + len(opening), 1.0), (diary.frame - 1, 1.0), (shut, 0.0))
-        for frame, share in keys:
-            diary.shifts += entrance.shifts(frame, share)
-        self._remember(chunk.xy[::SEEN_STRIDE_FRAMES])
-        return True
 
     @property
     def fps(self) -> int:
@@ -132,7 +106,16 @@ class Person:
         return self.config.fps
 
     def _next(self, activities: Sequence[Activity]) -> Generator[None, None, None]:
-        """Do the first of some activities, drawn in turn, that can be done."""
+        """Do the first of some activities, drawn in turn, that can be done; before them what is atypical and due."""
+        drawn = self.rng.random(self.diary.contacts - self.judged)
+        self.judged = self.diary.contacts
+        self.atypical_due += int((drawn < self.config.atypical_share).sum())
+        if self.atypical_due:
+            reason = yield from sit_somewhere(self, SIT, self.places.odd_seats(self.rng))
+            if not reason:
+                self.atypical_due -= 1
+                return
+            self.diary.undone.append(Undone(self.diary.frame, SIT.name, reason))
         likely = self._weights(activities)
         for _ in range(ACTIVITIES_TRIED):
             if not likely.any():
@@ -140,14 +123,9 @@ class Person:
             edges = np.cumsum(likely)
             choice = int(np.searchsorted(edges, self.rng.random() * edges[-1], side="right"))
             activity = activities[choice]
-            contact = activity.how in ("sit", "touch")
-            if contact and self.atypical_due and not (yield from sit_somewhere(self, SIT, self.places.ledges)):
-                self.atypical_due -= 1
-                return
             reason = yield from self._do(activity)
             if not reason:
                 self.last = activity
-                self.atypical_due += int(contact and self.rng.random() < self.config.atypical_share)
                 return
             self.diary.undone.append(Undone(self.diary.frame, activity.name, reason))
             likely[choice] = 0.0
@@ -177,6 +155,12 @@ class Person:
                 steps = touch_something(self, activity)
             case "beside":
                 steps = stand_beside(self, activity)
+            case "fetch":
+                steps = fetch(self, activity)
+            case "leave":
+                steps = go_out(self, activity)
+            case "clip":
+                steps = play(self, activity)
             case "talk":
                 steps = talk(self, activity)
             case "stand":
@@ -218,6 +202,7 @@ class Person:
         speed = self.draw(self.config.speed_m_s)
         for way in self._ways(here.xy[0], goal_xy):
             chunk = walk(self.body, here, way, yaw_rad, speed, self.fps)
+            chunk = carry(chunk, 1.0) if name == "carry" else chunk
             for delay_s in DELAYS_S:
                 start = diary.frame + round(delay_s * self.fps)
                 reason = self.traffic.conflict(self.number, start, chunk.xy, line)
@@ -232,7 +217,7 @@ class Person:
                 doing = diary.start(name)
                 diary.add(chunk, Action.STAND)
                 diary.stop(doing)
-                self._remember(chunk.xy[::SEEN_STRIDE_FRAMES])
+                self.remember(chunk.xy)
                 yield
                 return ""
         return reason
@@ -251,20 +236,20 @@ class Person:
             if around is not None:
                 yield around
 
-    def _remember(self, xy: FloatArray) -> None:
-        """Mark the cells within ``SEEN_M`` of places (n, 2) as explored."""
+    def remember(self, xy: FloatArray) -> None:
+        """Mark the cells within ``SEEN_M`` of the places of a walk (n, 2), one a frame, as explored."""
         floor = self.places.floor
         span = int(SEEN_M / floor.cell_m) + 1
         disc = np.add.outer(np.arange(-span, span + 1) ** 2, np.arange(-span, span + 1) ** 2)
         disc = disc * floor.cell_m**2 <= SEEN_M**2
-        index, inside = floor.index(xy)
+        index, inside = floor.index(xy[::SEEN_STRIDE_FRAMES])
         for i, j in np.unique(index[inside], axis=0):
             a, b = max(i - span, 0), max(j - span, 0)
             window = self.seen[a : i + span + 1, b : j + span + 1]
             window |= disc[a - i + span :, b - j + span :][: window.shape[0], : window.shape[1]]
 
     def hold(self, seconds: float, action: Action) -> Generator[None, None, None]:
-        """Stay as one is, in pieces, easing the weight from time to time."""
+        """Stay as one is, in pieces, easing the weight from time to time, unless asked to finish."""
         end = self.diary.frame + round(seconds * self.fps)
         while self.diary.frame < end:
             left_s = (end - self.diary.frame) / self.fps
@@ -274,9 +259,11 @@ class Person:
                 chunk = moved if self.is_clear(moved) else chunk
             self.diary.add(chunk, action)
             yield
+            if self.traffic.is_asked(self.number):
+                return
 
     def gesture(self, kind: str, seconds: float, action: Action) -> Generator[None, None, None]:
-        """A gesture, in pieces."""
+        """A gesture, in pieces, unless asked to finish."""
         end = self.diary.frame + round(seconds * self.fps)
         while self.diary.frame < end:
             left_s = (end - self.diary.frame) / self.fps
@@ -284,11 +271,17 @@ class Person:
             chunk = gesture(self.diary.here, kind, length_s, self.fps, self.rng)
             self.diary.add(chunk if self.is_clear(chunk) else chunk.last().hold(len(chunk)), action)
             yield
+            if self.traffic.is_asked(self.number):
+                return
 
     def is_clear(self, chunk: Channels) -> bool:
         """Whether a motion on the spot runs into nothing."""
         joints = pose_block(self.body, rows_of(chunk, slice(None, None, CHECK_FRAMES)), 0, 1.0, None)
         return bool((body_depth(self.obstacles, self.body, joints, self.used_id) <= GRAZE_M).all())
+
+    def at_ease(self) -> Channels | None:
+        """Leaning back where one sits, if there is a backrest."""
+        return at_ease(self.body, self.diary.here, self.obstacles, self.used_id, self.fps, self.rng)
 
     def ways(self, activity: Activity) -> tuple[tuple[int, ...], ...]:
         """Hands with which an activity touches things, the preferred first."""
@@ -310,18 +303,31 @@ class Person:
 
     def is_at(self, activity: Activity, anchor: int, length_s: float, seat: Seat | None = None) -> None:
         """Let the others know what one does, with which object, for how long, and on which seat."""
-        feet = None if seat is None else (float(seat.feet_xy[0]), float(seat.feet_xy[1]))
-        self.company[self.number] = Present(activity, anchor, self.diary.frame + round(length_s * self.fps), feet)
+        self.company[self.number] = Present(activity, anchor, self.diary.frame + round(length_s * self.fps), seat)
 
-    def has_foot_room(self, seat: Seat) -> bool:
-        """Whether nobody who sits opposite has their feet where one's own would be."""
-        others = [p.feet_xy for k, p in self.company.items() if k != self.number and p.feet_xy is not None]
-        return all(float(np.hypot(*(seat.feet_xy - feet))) >= FEET_APART_M for feet in others)
+    def has_room(self, seat: Seat, activity: Activity) -> bool:
+        """Whether the feet of nobody opposite, and the elbows of no neighbour, are where one's own would be."""
+        for other, present in self.company.items():
+            if other == self.number or present.seat is None:
+                continue
+            if np.hypot(*(seat.feet_xy - present.seat.feet_xy)) < FEET_APART_M:
+                return False
+            beside_m = np.hypot(*np.subtract(seat.pose.pelvis_m, present.seat.pose.pelvis_m)[:2])
+            if beside_m < ELBOWS_M and (activity.is_at_table or present.activity.is_at_table):
+                return False
+        return True
 
     def is_lain_on(self, item: SceneObject) -> bool:
         """Whether somebody else lies on an object."""
+        return self._is_used(item, "lie")
+
+    def is_sat_at(self, item: SceneObject) -> bool:
+        """Whether somebody else sits at an object, with their hands on it maybe."""
+        return self._is_used(item, "sit")
+
+    def _is_used(self, item: SceneObject, how: str) -> bool:
         return any(
-            present.activity.how == "lie" and present.anchor == item.object_id
+            present.activity.how == how and present.anchor == item.object_id
             for other, present in self.company.items()
             if other != self.number
         )

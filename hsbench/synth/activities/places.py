@@ -17,16 +17,10 @@ from hsbench.schema.scene import Part, Scene, SceneObject
 from hsbench.synth.activities.beds import lie_places, lies_free
 from hsbench.synth.activities.catalogue import Activity
 from hsbench.synth.activities.contact import Obstacles
-from hsbench.synth.activities.seats import (
-    Seat,
-    Setting,
-    Surface,
-    facing_chair,
-    ledge_surfaces,
-    seat_at,
-    seat_places,
-    seat_surfaces,
-)  # fmt: skip
+from hsbench.synth.activities.entrance import Entrance
+from hsbench.synth.activities.odd_seats import FLOOR, floor_places, odd_surfaces
+from hsbench.synth.activities.seating import Setting, seat_at
+from hsbench.synth.activities.seats import Seat, Surface, facing_chair, seat_places, seat_surfaces
 from hsbench.synth.activities.touches import (
     SHOULDER_STANDING_M,
     StandingTouch,
@@ -70,9 +64,10 @@ class Places:
         self.used = [item for item in scene.objects if item.object_id not in unused]
         kept = {item.object_id for item in self.used}
         self.surfaces = [s for s in seat_surfaces(scene) if s.item.object_id in kept]
-        self.ledges = [s for s in ledge_surfaces(scene) if s.item.object_id in kept]
+        self._odd = [s for s in odd_surfaces(scene) if s.item.object_id in kept]
         self.touchables = [(item, part) for item in self.used for part in item.parts if is_touchable(item, part)]
         self.tried: set[object] = set()  # seats and parts used so far
+        self.entrance: Entrance | None = None  # a door that opens
         self._kept: dict[object, object] = {}
 
     def offers(self, activity: Activity) -> bool:
@@ -84,6 +79,10 @@ class Places:
                 return bool(self.touchables_for(activity))
             case "beside":
                 return bool(self.things_for(activity))
+            case "fetch":
+                return bool(self.touchables_for(activity)) and bool(self.tops_for(activity))
+            case "leave":
+                return self.entrance is not None
         return True
 
     def seats_for(self, activity: Activity) -> list[Surface]:
@@ -102,6 +101,10 @@ class Places:
             ],
         )
 
+    def tops_for(self, activity: Activity) -> list[Touchable]:
+        """Tops to which an activity brings things."""
+        return [(item, p) for item, p in self.touchables if p.role == "top" and item.category_name in activity.near]
+
     def things_for(self, activity: Activity) -> list[SceneObject]:
         """Things beside which an activity is done."""
         return [item for item in self.used if item.category_name in activity.categories]
@@ -109,6 +112,13 @@ class Places:
     def anchors(self, surface: Surface, activity: Activity) -> list[SceneObject]:
         """What an activity needs near a seat: in front of it and near enough, the nearest first."""
         return self._once(("anchors", activity.name, id(surface)), lambda: list(self._anchors(surface, activity)))
+
+    def odd_seats(self, rng: np.random.Generator) -> list[Surface]:
+        """One surface not meant for sitting of each category of things, drawn."""
+        by_name: dict[str, list[Surface]] = {}
+        for surface in self._odd:
+            by_name.setdefault(surface.item.category_name, []).append(surface)
+        return [found[int(rng.integers(len(found)))] for _, found in sorted(by_name.items())]
 
     def setting(self, item: SceneObject, shift_xy: FloatArray) -> Setting:
         """The floor and the obstacles with an object moved."""
@@ -119,7 +129,7 @@ class Places:
 
     def seat(self, surface: Surface, body: Body, rng: np.random.Generator) -> Seat | None:
         """A place on a surface where a body fits, the first in a random order of some; or None."""
-        places = self._once(("places", body, id(surface)), lambda: list(seat_places(surface, body)))
+        places = self._once(("places", body, id(surface)), lambda: list(self._poses(surface, body)))
         for k in rng.permutation(len(places))[:PLACES_TRIED].tolist():
             seat = self._once(("seat", body, id(surface), k), partial(self._seat, surface, places[k], body))
             if seat is not None:
@@ -187,6 +197,11 @@ class Places:
         floor = blocked(self.floor, [solid.transformed(pose) for pose in way for solid in item.solids])
         obstacles = self.obstacles.with_moved(item.object_id, shift_xy)
         return Setting(floor, obstacles, self.floor.free & ~floor.free)
+
+    def _poses(self, surface: Surface, body: Body) -> Iterable[SeatPose]:
+        if surface.item.category_name == FLOOR:
+            return floor_places(surface, body, self.floor, self.obstacles)
+        return seat_places(surface, body)
 
     def _seat(self, surface: Surface, pose: SeatPose, body: Body) -> Seat | None:
         item = surface.item

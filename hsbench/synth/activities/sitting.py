@@ -43,8 +43,8 @@ def sit_somewhere(person: Person, activity: Activity, surfaces: Sequence[Surface
             reason = "the body does not fit"
             person.unfit.add(id(surface))
             continue
-        if not person.has_foot_room(seat):
-            reason = "there is no room for the feet"
+        if not person.has_room(seat, activity):
+            reason = "there is no room beside the others"
             continue
         length_s = person.length_s(activity, person.config.sit_s)
         reason = yield from person.walk_to(np.array(seat.approach_xy), _arrival(surface, seat), seat.line)
@@ -79,7 +79,8 @@ def _arrival(surface: Surface, seat: Seat) -> float | None:
     if seat.is_drawn:
         return facing_chair(surface, seat)
     away = np.array(seat.stand_xy) - seat.approach_xy
-    return quantise_angle(float(np.arctan2(away[1], away[0]))) if away.any() else seat.pose.yaw_rad
+    turns = away.any() and not seat.is_sidled
+    return quantise_angle(float(np.arctan2(away[1], away[0]))) if turns else seat.pose.yaw_rad
 
 
 def _sit_on(
@@ -101,9 +102,14 @@ def _sit_on(
     end = diary.frame + round(length_s * person.fps)
     if activity is SIT:
         yield from _touch_about(person, end)
-    elif activity.gesture:
+    ease = None if activity.is_at_table else person.at_ease()
+    if ease is not None:
+        diary.add(ease, Action.SIT)
+    if activity.gesture:
         yield from _busy(person, activity, anchors, end)
     yield from person.hold(max((end - diary.frame) / person.fps, MOMENT_S), Action.SIT)
+    if ease is not None:
+        diary.add(ease.backwards(), Action.SIT)
     diary.stop(sitting)
     person.used_id, person.obstacles = NO_SEAT, person.places.obstacles
     yield from _get_up(person, surface, seat, down)

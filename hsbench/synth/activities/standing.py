@@ -12,6 +12,8 @@ from hsbench.schema.states import Action
 from hsbench.synth.activities.catalogue import EXPLORE, Activity
 from hsbench.synth.activities.schedule import duration_s
 from hsbench.synth.activities.traffic import is_bottleneck
+from hsbench.synth.people.channels import Channels, standing
+from hsbench.synth.people.gestures import gesture
 from hsbench.synth.people.motion import walk
 from hsbench.synth.people.navigation import nearest_free
 from hsbench.typing import FloatArray
@@ -19,6 +21,7 @@ from hsbench.typing import FloatArray
 if TYPE_CHECKING:
     from hsbench.synth.activities.person import Person, Steps
 
+ROOMY_DRAWN = 8  # places tried for a gesture that finds no room
 UNSEEN_DRAWN = 3  # unexplored places drawn; the nearest is gone to
 TRIES = 4  # places tried beside somebody
 TURN_RAD = 1.2  # most one turns while pausing
@@ -50,8 +53,12 @@ def wander(person: Person, activity: Activity) -> Steps:
 
 
 def stand_about(person: Person, activity: Activity) -> Steps:
-    """Stay where one is, with a gesture or without."""
-    if person.config.people > 1 and _is_bottleneck(person, person.diary.here.xy[0]):
+    """Stay where one is, with a gesture or without; or go to where there is room for it first."""
+    if activity.gesture and not _has_room(person, activity.gesture, person.diary.here):
+        reason = yield from _to_where_is_room(person, activity.gesture)
+        if reason:
+            return reason
+    elif person.config.people > 1 and _is_bottleneck(person, person.diary.here.xy[0]):
         return "one would stand in the way"
     length_s = person.length_s(activity, person.config.stand_s)
     doing = person.diary.start(activity.name)
@@ -62,6 +69,28 @@ def stand_about(person: Person, activity: Activity) -> Steps:
         yield from person.hold(length_s, Action.STAND)
     person.diary.stop(doing)
     return ""
+
+
+def _to_where_is_room(person: Person, kind: str) -> Steps:
+    """Walk to the nearest of some places drawn from the floor where a gesture runs into nothing."""
+    here, floor = person.diary.here.xy[0], person.places.floor
+    cells = np.argwhere(floor.free)
+    goals = floor.origin_xy + (cells[person.rng.integers(len(cells), size=ROOMY_DRAWN)] + 0.5) * floor.cell_m
+    away = np.round(np.sum((goals - here) ** 2, axis=1), 6)
+    reason = "there is no room for it"
+    for goal in goals[np.argsort(away, kind="stable")]:
+        if person.config.people > 1 and _is_bottleneck(person, goal):
+            continue
+        yaw = towards(here, goal)
+        if _has_room(person, kind, standing(person.body, goal, yaw)):
+            reason = yield from person.walk_to(goal, yaw, np.stack([goal, goal]))
+            if not reason:
+                return ""
+    return reason
+
+
+def _has_room(person: Person, kind: str, start: Channels) -> bool:
+    return person.is_clear(gesture(start, kind, LEAST_S["beside"], person.fps, person.rng))
 
 
 def talk(person: Person, activity: Activity) -> Steps:

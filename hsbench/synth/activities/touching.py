@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 REACH_S = 0.8
 HOLD_S = 0.7  # a hand at rest before and after its gesture
 WAIT_S = 1.0
+SIZES = (1.0, 0.6, 0.3)  # of a gesture, tried in turn
 SLICE_S = 20.0  # what takes longer is done in pieces
 TOUCH_M = 0.03  # a finger tip farther than this from its part touches nothing
 
@@ -31,6 +32,9 @@ def touch_something(person: Person, activity: Activity) -> Steps:
     """Walk to where a part can be touched, and touch it."""
     reason, places = "there is none", person.places
     for thing in person.shuffled(places.touchables_for(activity)):
+        if person.is_sat_at(thing[0]):
+            reason = "somebody sits there"
+            continue
         found = places.touch(thing, person.body, person.ways(activity), person.rng)
         if found is None:
             reason = "no hand gets there"
@@ -69,10 +73,9 @@ def use(
     diary.add(held, Action.INTERACT)
     yield
     lead, end = _lead(person), diary.frame + round(length_s * fps)
-    while kind and diary.frame < end:
+    while kind and diary.frame < end and not person.traffic.is_asked(person.number):
         slice_s = min((end - diary.frame) / fps, SLICE_S)
-        chunk = gesture(diary.here, kind, max(slice_s, WAIT_S), fps, person.rng)
-        chunk = chunk if person.is_clear(chunk) else chunk.last().hold(len(chunk))
+        chunk = _working(person, kind, max(slice_s, WAIT_S))
         away = _misses(person, thing, touch, diary.here.hold(lead), diary.frame - lead, chunk)
         if away:
             diary.stop(doing)
@@ -84,6 +87,16 @@ def use(
     diary.stop(doing)
     diary.add(out.backwards(), otherwise)
     yield
+
+
+def _working(person: Person, kind: str, seconds: float) -> Channels:
+    """A gesture as large as there is room for it, or none."""
+    here = person.diary.here
+    for size in SIZES:
+        chunk = gesture(here, kind, seconds, person.fps, person.rng, size)
+        if person.is_clear(chunk):
+            return chunk
+    return stand(here, seconds, person.fps)
 
 
 def _misses(person: Person, thing: Touchable, touch: Touch, before: Channels, first: int, held: Channels) -> bool:

@@ -51,6 +51,14 @@ class Moved:
     person: int = -1
 
 
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A way in over places (n, 2), and cells (nx, ny) that its door needs."""
+
+    places: FloatArray
+    cells: BoolArray
+
+
 class Traffic:
     """The plans of all people on one floor; persons are 0, 1, ..."""
 
@@ -58,6 +66,7 @@ class Traffic:
         self.walk, self.reachable = walk, reachable
         self.plans: list[list[Stay]] = [[] for _ in range(people)]
         self.moved: list[Moved] = []
+        self.awaited: Way | None = None  # of somebody who is kept outside
 
     def conflict(self, person: int, start: int, xy: FloatArray, rest: FloatArray) -> str:
         """Why a walk over xy (n, 2), a place a frame, that ends at rest on a line (2, 2) cannot begin; "" if it can."""
@@ -72,10 +81,20 @@ class Traffic:
 
     def refusal(self, person: int, rest: FloatArray) -> str:
         """Why nobody is to be at rest on a line (2, 2) while the others are where they go now; "" if one may."""
+        if self._shuts_out(rest):
+            return "somebody is to come in there"
+        return self.taken(person, rest) or self._shut_in(person, rest)
+
+    def taken(self, person: int, rest: FloatArray) -> str:
+        """Why nobody can be on a line (2, 2) for a moment while the others are where they go now; "" if one can."""
         for other, plans in enumerate(self.plans):
             if other != person and plans and _gap2(rest, plans[-1].rest) < (APART_AT_REST_M - ROUNDING_M) ** 2:
                 return f"person {other + 1} is there"
-        return self._shut_in(person, rest)
+        return ""
+
+    def is_asked(self, person: int) -> bool:
+        """Whether a person is to finish, for somebody is kept outside by where this one is at rest."""
+        return bool(self.plans[person]) and self._shuts_out(self.plans[person][-1].rest)
 
     def go(self, person: int, start: int, xy: FloatArray, rest: FloatArray) -> None:
         """Plan what ``conflict`` has found free."""
@@ -84,6 +103,10 @@ class Traffic:
     def settle(self, person: int, start: int, rest: FloatArray) -> None:
         """Take up less than before from a frame on: a line (2, 2) within the one so far."""
         self.go(person, start, np.empty((0, 2)), rest)
+
+    def leave(self, person: int) -> None:
+        """A person is there no more; all others have been planned up to now."""
+        self.plans[person] = []
 
     def rests(self, person: int) -> list[FloatArray]:
         """The lines (2, 2) on which the others will be at rest at last."""
@@ -123,6 +146,15 @@ class Traffic:
         """Drop what nobody asks for again: all that has ended before a frame."""
         self.plans = [_from(plans, before) for plans in self.plans]
         self.moved = [m for m in self.moved if m.end >= before]
+
+    def _shuts_out(self, rest: FloatArray) -> bool:
+        """Whether a rest on a line (2, 2) is where somebody is to come in."""
+        if self.awaited is None:
+            return False
+        index, inside = self.walk.index(rest[:1])
+        if inside[0] and self.awaited.cells[tuple(index[0])]:
+            return True
+        return any(_gap2(rest, np.stack([xy, xy])) < APART_M**2 for xy in self.awaited.places)
 
     def _meets(self, mine: Stay, plans: list[Stay]) -> bool:
         theirs = _from(plans, mine.start)

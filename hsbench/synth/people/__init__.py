@@ -2,5 +2,6 @@
 
 from hsbench.synth.people.body import Body, capsules
 from hsbench.synth.people.mesh import body_mesh
+from hsbench.synth.people.props import HELD
 
-__all__ = ["Body", "body_mesh", "capsules"]
+__all__ = ["HELD", "Body", "body_mesh", "capsules"]

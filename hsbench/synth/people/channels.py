@@ -20,6 +20,7 @@ from hsbench.synth.people.posing import IDLE_PERIODS_S, WANDERS, Manner, Tracks,
 from hsbench.synth.people.posing import OVERLAP_S as OVERLAP_S
 from hsbench.typing import FloatArray, IntArray
 
+SEEN_ONLY = ("hand", "held")  # of no matter for the joints
 KNEE_SLACK_M = 0.012  # a standing pelvis hangs so far below straight legs
 
 
@@ -33,6 +34,8 @@ class Channels:
     reach: (T, 2) 0..1, share of the way of each hand to target (T, 2, 3), in the scene. near: (T, 2) 0..1, share of the
     way from there to a place of the own body: offset (T, 2, 3) forward, left, up of the top of the spine in the axes of
     the chest, as shares of stature; at_head: (T, 2) 0..1, of the middle and in the axes of the head instead.
+    pointing: (T, 2, 3) where each hand points, in the axes of the chest; of length 0..1, the shorter, the more the hand
+    follows the forearm. held: (T,) what is in the hands, as a place in ``props.HELD``.
     look: (T, 2) head yaw, pitch. tilt: (T,) of the trunk forward, pelvis included (lying on the back: -pi/2).
     roll: (T,) of the trunk about its own axis (lying on the left side: pi/2). hand: (T,) the preferred one.
     """
@@ -50,6 +53,8 @@ class Channels:
     near: FloatArray
     offset: FloatArray
     at_head: FloatArray
+    pointing: FloatArray
+    held: FloatArray
     look: FloatArray
     tilt: FloatArray
     roll: FloatArray
@@ -96,7 +101,8 @@ def standing(body: Body, xy: FloatArray, yaw_rad: float) -> Channels:
     return Channels(
         xy=xy, height=np.array([standing_height(body)]), yaw=yaw, lean=zero, gain=zero, phase=zero,
         feet=standing_feet(body, xy, yaw), seated=zero, reach=np.zeros((1, 2)), target=np.zeros((1, 2, 3)),
-        near=np.zeros((1, 2)), offset=np.zeros((1, 2, 3)), at_head=np.zeros((1, 2)), look=np.zeros((1, 2)),
+        near=np.zeros((1, 2)), offset=np.zeros((1, 2, 3)), at_head=np.zeros((1, 2)),
+        pointing=np.zeros((1, 2, 3)), held=zero, look=np.zeros((1, 2)),
         tilt=zero, roll=zero, hand=np.array([float(body.style.hand)]),
     )  # fmt: skip
 
@@ -130,7 +136,7 @@ def pose_block(body: Body, channels: Channels, first_frame: int, fps: float, idl
     that is not an end of the life: hand in so many more there, and drop them from the result.
     """
     feet = channels.feet
-    plain = {name: np.ascontiguousarray(getattr(channels, name)) for name in _PLAIN if name != "hand"}
+    plain = {name: np.ascontiguousarray(getattr(channels, name)) for name in _PLAIN if name not in SEEN_ONLY}
     ball, foot_yaw, foot_pitch = (np.ascontiguousarray(a) for a in (feet.ball, feet.yaw, feet.pitch))
     tracks = Tracks(ball=ball, foot_yaw=foot_yaw, foot_pitch=foot_pitch, **plain)
     style = body.style

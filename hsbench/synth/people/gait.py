@@ -34,6 +34,7 @@ TOE_RISE_FROM = 1.55
 TOE_SETTLE = 0.30
 HEEL_SETTLE = 0.6  # steps after lift
 FOOT_OUT_RAD = 0.10  # feet point a little outwards
+STEP_LIFT = (0.06, 0.5)  # of a foot that steps while one sits: at most, in metres, and as a share of its way
 END_STEP = 0.5  # phase gained while starting and while stopping
 
 
@@ -98,6 +99,20 @@ def walk_feet(body: Body, start: Feet, xy: FloatArray, yaw: FloatArray, phase: F
         yaws = np.concatenate([start.yaw[:, side], place.yaw[own, side]])
         feet.append(_steps(body, plants, yaws, phase, landing))
     return Feet(*(np.stack(both, axis=1) for both in zip(*feet, strict=True)))
+
+
+def stepped_over(feet: Feet, balls: FloatArray, turn: float, share: FloatArray) -> Feet:
+    """(1, ...) feet to balls (2, 3): one after the other, lifted on their way."""
+    n = len(share)
+    ball, foot_yaw = np.empty((n, 2, 3)), np.empty((n, 2))
+    for side in (0, 1):
+        part = smooth((share - 0.3 * side) / 0.6)
+        way = balls[side] - feet.ball[0, side]
+        ball[:, side] = feet.ball[0, side] + part[:, None] * way
+        lift_m = min(STEP_LIFT[0], STEP_LIFT[1] * float(np.sqrt(np.sum(way[:2] ** 2))))
+        ball[:, side, 2] += lift_m * np.sin(np.pi * part)
+        foot_yaw[:, side] = feet.yaw[0, side] + part * turn
+    return Feet(ball, foot_yaw, np.zeros((n, 2)))
 
 
 def _steps(

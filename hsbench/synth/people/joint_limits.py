@@ -10,6 +10,7 @@ Joint Motion, appendix. Angles are measured on joint positions alone, in the axe
 - ``neck_bend``: of ``neck`` -> ``head`` against the chest's up, in any direction. A skull's middle lies ahead of its
   neck at rest, which is added;
 - ``shoulder_back``, ``shoulder_across``: how far an upper arm points behind, and over to the other side;
+- ``wrist``: of ``wrist`` -> ``hand_tip`` against the forearm, in any direction;
 - ``hip_flexion`` and ``hip_abduction`` of a thigh against the pelvis; ``knee_*`` and ``elbow_*``: 0 is straight.
 """
 
@@ -32,6 +33,7 @@ NECK_TURN = math.radians(60)
 SHOULDER_BACK = math.radians(60)
 SHOULDER_ACROSS = math.radians(45)  # horizontal flexion of 135 degrees
 ELBOW_FLEXION = math.radians(150)
+WRIST_BEND = math.radians(70)  # extension; flexion is 80 degrees
 HIP_FLEXION = (math.radians(-30), math.radians(120))
 HIP_ABDUCTION = (math.radians(-30), math.radians(45))
 KNEE_FLEXION = math.radians(135)
@@ -44,6 +46,7 @@ LIMITS_RAD: dict[str, tuple[float, float]] = {
     **{f"shoulder_back_{side}": (-math.pi / 2, SHOULDER_BACK) for side in SIDES},
     **{f"shoulder_across_{side}": (-math.pi / 2, SHOULDER_ACROSS) for side in SIDES},
     **{f"elbow_{side}": (0.0, ELBOW_FLEXION) for side in SIDES},
+    **{f"wrist_{side}": (0.0, WRIST_BEND) for side in SIDES},
     **{f"hip_flexion_{side}": HIP_FLEXION for side in SIDES},
     **{f"hip_abduction_{side}": HIP_ABDUCTION for side in SIDES},
     **{f"knee_{side}": (0.0, KNEE_FLEXION) for side in SIDES},
@@ -82,8 +85,10 @@ def joint_angles(joints: FloatArray) -> FloatArray:
 def _arm(place: dict[str, FloatArray], chest: FloatArray, side: str, sign: float) -> tuple[FloatArray, ...]:
     upper = unit(place[f"elbow_{side}"] - place[f"shoulder_{side}"])
     fore = unit(place[f"wrist_{side}"] - place[f"elbow_{side}"])
+    hand = unit(place[f"hand_tip_{side}"] - place[f"wrist_{side}"])
     way = _inside(chest, upper)
-    return np.arcsin(np.clip(-way[:, 0], -1, 1)), np.arcsin(np.clip(-sign * way[:, 1], -1, 1)), _between(upper, fore)
+    back, over = np.arcsin(np.clip(-way[:, 0], -1, 1)), np.arcsin(np.clip(-sign * way[:, 1], -1, 1))
+    return back, over, _between(upper, fore), _between(fore, hand)
 
 
 def _leg(place: dict[str, FloatArray], pelvis: FloatArray, side: str, sign: float) -> tuple[FloatArray, ...]:

@@ -28,6 +28,7 @@ from hsbench.synth.people.joint_limits import (
     SPINE_FLEXION,
     SPINE_SIDE,
     SPINE_TWIST,
+    WRIST_BEND,
 )
 from hsbench.synth.people.joint_limits import HEAD_FORWARD as HEAD_FORWARD
 from hsbench.synth.people.vectors import (
@@ -61,6 +62,7 @@ ELBOW_AHEAD = (-0.7, 0.5)  # and back below a hanging arm, ahead below a raised 
 
 SCENE_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 UP = (0.0, 0.0, 1.0)
+NOWHERE = (0.0, 0.0, 0.0)
 
 # Rows of joints, pairs left and right.
 BASE, MID, TOP, NECK, HEAD = (J[name] for name in anatomy.MIDDLE_JOINTS)
@@ -165,7 +167,7 @@ def _solve(
         )
         for s in range(2):
             solve_leg(lengths, base, yaw[t], tilt[t], vector(ball[t, s]), foot_yaw[t, s], foot_pitch[t, s], s, row)
-            solve_arm(lengths, chest, tilt[t], vector(tip[t, s]), s, row)
+            solve_arm(lengths, chest, tilt[t], vector(tip[t, s]), NOWHERE, s, row)
     return joints
 
 
@@ -245,31 +247,43 @@ def solve_leg(
 
 
 @numba.njit(cache=True)
-def solve_arm(lengths: Lengths, chest: Axes, tilt: float, target: Vector, side: int, row: FloatArray) -> None:
-    """Write elbow, wrist, hand, tip and thumb of a side into a row (25, 3) that has its trunk; the hand is straight.
+def solve_arm(
+    lengths: Lengths, chest: Axes, tilt: float, target: Vector, pointing: Vector, side: int, row: FloatArray
+) -> None:
+    """Write elbow, wrist, hand, tip and thumb of a side into a row (25, 3) that has its trunk; the tip at a target.
 
-    Elbows of lying people do not point down into what they lie on.
+    pointing: where the hand points, in the scene; the shorter, the more it follows the forearm, which it does at 0.
+    Elbows of lying people point neither down into what they lie on nor up.
     """
     sign = SIDE_SIGN[side]
     start = vector(row[SHOULDER[side]])
     raised = (1 + dot(chest[2], unit(add(target, start, -1.0)))) / 2
     ahead = ELBOW_AHEAD[0] + raised * (ELBOW_AHEAD[1] - ELBOW_AHEAD[0])
     pole = at(chest, (ahead, sign * ELBOW_POLE[0], ELBOW_POLE[1]))
-    pole = (pole[0], pole[1], pole[2] + math.sin(tilt) ** 2 * max(-pole[2], 0.0))
+    pole = (pole[0], pole[1], pole[2] * math.cos(tilt) ** 2)
     elbow, tip = two_bones(start, target, pole, lengths.upper_arm, lengths.forearm + lengths.hand, ELBOW_FLEXION)
-    upper, along = unit(add(elbow, start, -1.0)), unit(add(tip, elbow, -1.0))
+    fore = unit(add(tip, elbow, -1.0))
+    hand = fore
+    share = math.sqrt(dot(pointing, pointing))
+    if share > 0.0:
+        hand = unit(add(pointing, fore, 1.0 - share))
+        held = add(target, hand, -lengths.hand)
+        elbow, wrist = two_bones(start, held, pole, lengths.upper_arm, lengths.forearm, ELBOW_FLEXION)
+        fore = unit(add(wrist, elbow, -1.0))
+        hand = _hand_within(hand, fore)
+    upper = unit(add(elbow, start, -1.0))
     allowed = _arm_within(upper, chest, sign)
     if allowed != upper:
-        along = carried(along, upper, allowed)
+        fore, hand = carried(fore, upper, allowed), carried(hand, upper, allowed)
         elbow = add(start, allowed, lengths.upper_arm)
-    wrist = add(elbow, along, lengths.forearm)
+    wrist = add(elbow, fore, lengths.forearm)
     inward = add(chest[0], chest[1], -sign)
-    across = unit(add(inward, along, -dot(inward, along)))
+    across = unit(add(inward, hand, -dot(inward, hand)))
     put(row[ELBOW[side]], elbow)
     put(row[WRIST[side]], wrist)
-    put(row[HAND[side]], add(wrist, along, lengths.palm))
-    put(row[TIP[side]], add(wrist, along, lengths.hand))
-    put(row[THUMB[side]], add(add(wrist, along, lengths.thumb_along), across, lengths.thumb_across))
+    put(row[HAND[side]], add(wrist, hand, lengths.palm))
+    put(row[TIP[side]], add(wrist, hand, lengths.hand))
+    put(row[THUMB[side]], add(add(wrist, hand, lengths.thumb_along), across, lengths.thumb_across))
 
 
 @numba.njit(cache=True)
@@ -332,6 +346,16 @@ def _arm_within(upper: Vector, chest: Axes, sign: float) -> Vector:
         share = math.sqrt((1 - least_out**2) / max(1 - left**2, 1e-12))
         ahead, left, rise = share * ahead, sign * least_out, share * rise
     return unit(at(chest, (ahead, left, rise)))
+
+
+@numba.njit(cache=True)
+def _hand_within(hand: Vector, fore: Vector) -> Vector:
+    """The direction within a wrist's range that is nearest to a hand's."""
+    along = dot(hand, fore)
+    most = WITHIN * WRIST_BEND
+    if along >= math.cos(most):
+        return hand
+    return unit(add(unit(add(hand, fore, -along)), fore, 1.0 / math.tan(most)))
 
 
 @numba.njit(cache=True)

@@ -17,6 +17,7 @@ import numpy as np
 from hsbench.errors import SchemaError
 from hsbench.synth.people.body import Body
 from hsbench.synth.people.bones import BONES, GIRTHED, STRETCHED, Rest, pose_frames
+from hsbench.synth.people.props import held_mesh
 from hsbench.synth.people.regions import Region
 from hsbench.synth.people.shapes import SHAPE_OF
 from hsbench.synth.people.wardrobe import dress
@@ -45,11 +46,24 @@ class DressedBody:
     widen: FloatArray
 
 
-def body_mesh(body: Body, joints: FloatArray, lod: int = 0) -> tuple[FloatArray, Int32Array, UInt8Array]:
-    """(25, 3) joints -> ((V, 3) vertices in metres, (T, 3) int32 triangles, (T, 3) uint8 sRGB colours)."""
+def body_mesh(
+    body: Body, joints: FloatArray, lod: int = 0, held: str = ""
+) -> tuple[FloatArray, Int32Array, UInt8Array]:
+    """(25, 3) joints -> ((V, 3) vertices in metres, (T, 3) int32 triangles, (T, 3) uint8 sRGB colours).
+
+    held: what is in the hands, of ``props.HELD``.
+    """
     dressed = dressed_body(body, lod)
-    vertices = skinned(dressed, np.asarray(joints, dtype=np.float64)[None])[0]
-    return vertices, dressed.triangles, dressed.colours
+    joints = np.asarray(joints, dtype=np.float64)
+    vertices = skinned(dressed, joints[None])[0]
+    if not held:
+        return vertices, dressed.triangles, dressed.colours
+    points, corners, colours = held_mesh(held, body.style.hand, joints)
+    return (
+        np.concatenate([vertices, points]),
+        np.concatenate([dressed.triangles, corners + np.int32(len(vertices))]),
+        np.concatenate([dressed.colours, colours]),
+    )
 
 
 def body_meshes(body: Body, joints: FloatArray, lod: int = 0) -> tuple[FloatArray, Int32Array, UInt8Array]:

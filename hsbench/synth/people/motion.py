@@ -15,15 +15,17 @@ from hsbench.geometry.numerics import quantise_m
 from hsbench.geometry.transforms import wrap_angle
 from hsbench.synth.people.body import Body
 from hsbench.synth.people.channels import Channels
-from hsbench.synth.people.gait import Feet, phase_of, step_length_m, walk_feet
+from hsbench.synth.people.gait import Feet, phase_of, step_length_m, stepped_over, walk_feet
 from hsbench.synth.people.gestures import GESTURES, gesture
+from hsbench.synth.people.lounging import LEGS, lean_back
 from hsbench.synth.people.lying import LiePose, lie_down, lying_length_m
+from hsbench.synth.people.props import HELD
 from hsbench.synth.people.timing import frames_of, shares_of, smooth
 from hsbench.typing import FloatArray
 
 __all__ = [
-    "GESTURES", "LiePose", "SeatPose", "carry", "gesture", "lie_down", "look", "lying_length_m", "reach", "reach_both",
-    "scoot", "shift", "sit_down", "stand", "walk",
+    "GESTURES", "LEGS", "LiePose", "SeatPose", "carry", "gesture", "lean_back", "lie_down", "look", "lying_length_m",
+    "reach", "reach_both", "scoot", "shift", "sit_down", "stand", "walk",
 ]  # fmt: skip
 
 ACCELERATION_M_S2 = 0.9
@@ -38,11 +40,11 @@ HEADING_SIGMA_S = 0.12
 FULL_GAIT_M_S = 0.85  # from this speed on a walk swings fully
 SIT_LEAN_RAD = 0.62  # bend half way down to a seat
 SEATED_LEAN_RAD = -0.06
-STEP_LIFT = (0.06, 0.5)  # of feet when sitting down: at most, in metres, and as a share of their way
 REACH_LOOK_RAD = (0.6, 0.5)  # most the head turns and bows to look at what a hand does
 BACK = 0.02  # a hand of a lower weight is at its target no more
 CARRIED = np.array([[0.20, 0.085, -0.20], [0.20, -0.085, -0.20]])  # offsets of the hands, see ``Channels``
 CARRY_EASE = 0.2  # of a motion: to take and to put down
+HALF = 0.5  # from this share on hands have what they carry
 SHIFT_EASE = 0.3
 SHIFT_M = (0.035, 0.008)  # the pelvis, standing and seated
 SHIFT_LEAN_RAD = (0.03, 0.14)
@@ -112,7 +114,7 @@ def sit_down(start: Channels, seat: SeatPose, duration_s: float, fps: float) -> 
         yaw=before.yaw + smooth(np.clip(share * 1.5, 0, 1)) * turn,
         lean=before.lean + down * (SEATED_LEAN_RAD - before.lean) + SIT_LEAN_RAD * np.sin(np.pi * share) ** 2,
         seated=smooth(np.clip(1.4 * share - 0.4, 0, 1)),
-        feet=_step_over(before.feet, np.array(seat.balls_m), turn, share),
+        feet=stepped_over(before.feet, np.array(seat.balls_m), turn, share),
     )
 
 
@@ -124,7 +126,7 @@ def scoot(start: Channels, shift_xy: FloatArray, duration_s: float, fps: float) 
     return replace(
         before.hold(len(share)),
         xy=before.xy + smooth(share)[:, None] * shift_xy,
-        feet=_step_over(before.feet, balls, 0.0, share),
+        feet=stepped_over(before.feet, balls, 0.0, share),
     )
 
 
@@ -150,7 +152,13 @@ def carry(chunk: Channels, share: float) -> Channels:
     place = np.arange(1, len(chunk) + 1) / len(chunk)
     weight = share * smooth(place / CARRY_EASE) * smooth((1 - place) / CARRY_EASE)
     near = np.maximum(chunk.near, weight[:, None])
-    return replace(chunk, near=near, offset=np.tile(CARRIED, (len(chunk), 1, 1)), at_head=np.zeros_like(near))
+    return replace(
+        chunk,
+        near=near,
+        offset=np.tile(CARRIED, (len(chunk), 1, 1)),
+        at_head=np.zeros_like(near),
+        held=np.where(weight > HALF, float(HELD.index("box")), chunk.held),
+    )
 
 
 def look(start: Channels, yaw_rad: float, pitch_rad: float, duration_s: float, fps: float) -> Channels:
@@ -255,17 +263,3 @@ def _stepping(body: Body, before: Channels, xy: FloatArray, yaw: FloatArray, fps
         held, xy=xy[1:], yaw=yaw[1:], gain=gain[1:], phase=phase[1:] + (1 if first == 0 else 0),
         feet=Feet(feet.ball[1:], feet.yaw[1:], feet.pitch[1:]),
     )  # fmt: skip
-
-
-def _step_over(feet: Feet, balls: FloatArray, turn: float, share: FloatArray) -> Feet:
-    """(1, ...) feet to balls (2, 3): one after the other, lifted on their way."""
-    n = len(share)
-    ball, foot_yaw = np.empty((n, 2, 3)), np.empty((n, 2))
-    for side in (0, 1):
-        part = smooth((share - 0.3 * side) / 0.6)
-        way = balls[side] - feet.ball[0, side]
-        ball[:, side] = feet.ball[0, side] + part[:, None] * way
-        lift_m = min(STEP_LIFT[0], STEP_LIFT[1] * float(np.sqrt(np.sum(way[:2] ** 2))))
-        ball[:, side, 2] += lift_m * np.sin(np.pi * part)
-        foot_yaw[:, side] = feet.yaw[0, side] + part * turn
-    return Feet(ball, foot_yaw, np.zeros((n, 2)))

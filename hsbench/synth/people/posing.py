@@ -69,6 +69,7 @@ class Tracks(NamedTuple):
     near: FloatArray
     offset: FloatArray
     at_head: FloatArray
+    pointing: FloatArray
     look: FloatArray
     tilt: FloatArray
     roll: FloatArray
@@ -115,7 +116,8 @@ def pose_tracks(
         for s in range(2):
             ball, foot_yaw, foot_pitch = vector(tracks.ball[t, s]), tracks.foot_yaw[t, s], tracks.foot_pitch[t, s]
             solve_leg(lengths, base, yaw, tilt, ball, foot_yaw, foot_pitch, s, row)
-            solve_arm(lengths, chest, tilt, _tip(lengths, manner, tracks, t, s, upright, chest, head, row), s, row)
+            tip = _tip(lengths, manner, tracks, t, s, upright, chest, head, row)
+            solve_arm(lengths, chest, tilt, tip, at(chest, vector(tracks.pointing[t, s])), s, row)
     return joints
 
 

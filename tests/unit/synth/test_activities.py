@@ -11,6 +11,7 @@ from living_rooms import living_room, part, room
 from hsbench.errors import SchemaError
 from hsbench.geometry.transforms import planar
 from hsbench.schema import Action, JointState, Scene, SceneObject
+from hsbench.schema.motions import scene_at
 from hsbench.synth.activities import Life, LifeConfig, live
 from hsbench.synth.activities.contact import Obstacles, body_depth
 from hsbench.synth.activities.measures import measure
@@ -120,14 +121,15 @@ def test_sitting_is_on_the_seat(lived: tuple[Scene, Life]) -> None:
         if name != "sit":
             continue
         rows = rows_of(life, event)
+        there = scene_at(scene, life.motions.moves_at(int(life.events.start_ns[event])))
         first = joints[np.argmax(rows), J["spine_base"]]
-        solid = min(part_of(scene, life, event), key=lambda s: np.sum((s.bounds.mean(axis=0) - first) ** 2))
+        solid = min(part_of(there, life, event), key=lambda s: np.sum((s.bounds.mean(axis=0) - first) ** 2))
         above = joints[rows, J["spine_base"], 2] - solid.bounds[1, 2]
         assert above.min() > 0.05
         assert above.max() < 0.25
         assert life.events.contact[event] == "pelvis"
         pelvis = joints[rows, J["spine_base"], :2]
-        solids = part_of(scene, life, event)
+        solids = part_of(there, life, event)
         low, high = (f([s.bounds[k, :2] for s in solids], axis=0) for k, f in ((0, np.min), (1, np.max)))
         assert (pelvis > low - 0.01).all()
         assert (pelvis < high + 0.01).all()

@@ -32,7 +32,7 @@ def explored() -> Life:
 
 @cache
 def natural() -> Life:
-    return live(home(), Seeds(7), NATURAL)
+    return live(home(), Seeds(6), NATURAL)
 
 
 def same(a: Life, b: Life) -> None:

@@ -8,7 +8,7 @@ import pytest
 from hsbench.errors import SchemaError
 from hsbench.synth.people.body import Body, J
 from hsbench.synth.people.channels import Channels, concatenate, pose, standing
-from hsbench.synth.people.gestures import ROAM_M
+from hsbench.synth.people.gestures import BASIN_M, ROAM_M
 from hsbench.synth.people.joint_limits import limit_violations
 from hsbench.synth.people.motion import GESTURES, SeatPose, gesture, reach_both, sit_down
 from hsbench.synth.people.style import Style
@@ -92,6 +92,31 @@ def test_a_book_is_held_with_both_hands_before_the_chest_below_the_eyes() -> Non
     face = middle[:, J["head"]] - middle[:, J["neck"]]
     upright = pose(RIGHT, seated(RIGHT).last(), FPS, None)
     assert (np.sum(face * ahead, axis=1) > (upright[0, J["head"], 0] - upright[0, J["neck"], 0]) + 0.02).all()
+
+
+@pytest.mark.parametrize("body", [RIGHT, LEFT, Body(1.9), Body(1.57)], ids=["right", "left", "tall", "short"])
+def test_who_phones_has_the_hand_along_the_cheek_and_the_elbow_low(body: Body) -> None:
+    joints = pose(
+        body, gesture(standing(body, np.zeros(2), 0.0), "phone", LENGTH_S, FPS, np.random.default_rng(6)), FPS, None
+    )
+    side = ("left", "right")[body.style.hand]
+    tip, palm, wrist, elbow, shoulder, head = (
+        joints[180, J[name]]
+        for name in (f"hand_tip_{side}", f"hand_{side}", f"wrist_{side}", f"elbow_{side}", f"shoulder_{side}", "head")
+    )
+    assert wrist[2] < palm[2] < tip[2]
+    assert wrist[0] > palm[0] > tip[0]  # back along the cheek, facing +x
+    assert np.linalg.norm(palm - head) < 0.2
+    assert elbow[2] < shoulder[2] - 0.02
+
+
+@pytest.mark.parametrize("stature", [1.57, 1.72, 1.93])
+def test_hands_wash_at_the_height_of_a_basin_whatever_the_stature(stature: float) -> None:
+    body = Body(stature)
+    chunk = gesture(standing(body, np.zeros(2), 0.7), "wash", LENGTH_S, FPS, np.random.default_rng(7))
+    tips = pose(body, chunk, FPS, None)[60:-60, TIPS]
+    assert np.abs(tips[..., 2] - BASIN_M[2]).max() < 0.04
+    assert np.abs(tips[..., :2] @ [np.cos(0.7), np.sin(0.7)] - BASIN_M[0]).max() < 0.05
 
 
 def test_short_gestures_and_any_seed_are_fine() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -51,6 +53,42 @@ def test_no_posture_breaks_a_limit_or_a_bone(seed: int, wild: float) -> None:
         assert np.allclose(length, np.linalg.norm(rest[parent] - rest[child]), atol=1e-9), KINECT_V2.names[child]
 
 
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32))
+def test_no_bent_wrist_breaks_a_limit_or_a_bone(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    held = standing(BODY, np.zeros(2), 0.3).hold(POSTURES)
+    ways = rng.normal(size=(POSTURES, 2, 3))
+    ways *= rng.uniform(0, 1, (POSTURES, 2, 1)) / np.linalg.norm(ways, axis=-1, keepdims=True)
+    asked = replace(
+        held,
+        near=np.ones((POSTURES, 2)),
+        offset=rng.normal(size=(POSTURES, 2, 3)) * rng.choice([0.05, 0.2, 0.5]),
+        at_head=rng.integers(0, 2, (POSTURES, 2)).astype(float),
+        pointing=ways,
+    )
+    joints = pose(BODY, asked, 1.0, None)
+    assert limit_violations(joints).max() < 2e-3
+    assert joint_angles(joints)[:, AT["wrist_left"]].max() > 0.1
+    rest = pose(BODY, held.last(), 1.0, None)[0]
+    for parent, child in KINECT_V2.bones:
+        length = np.linalg.norm(joints[:, parent] - joints[:, child], axis=1)
+        assert np.allclose(length, np.linalg.norm(rest[parent] - rest[child]), atol=3e-4), KINECT_V2.names[child]
+
+
+def test_a_hand_that_points_keeps_its_tip_where_it_should_be() -> None:
+    held = standing(BODY, np.zeros(2), 0.0).hold(3)
+    place = np.tile([[0.20, 0.06, -0.10], [0.20, -0.06, -0.10]], (3, 1, 1))
+    ways = np.array([0.0, 0.5, 0.8])[:, None, None] * np.tile([[0.5, -0.5, 0.7], [0.5, 0.5, 0.7]], (3, 1, 1))
+    joints = pose(BODY, replace(held, near=np.ones((3, 2)), offset=place, pointing=ways), 1.0, None)
+    for side in ("left", "right"):
+        tip, wrist = joints[:, J[f"hand_tip_{side}"]], joints[:, J[f"wrist_{side}"]]
+        assert np.allclose(tip, tip[0], atol=3e-4)
+        along = (tip - wrist) / np.linalg.norm(tip - wrist, axis=1, keepdims=True)
+        wanted = ways[1, 0 if side == "left" else 1] / np.linalg.norm(ways[1, 0])
+        assert (np.diff(along @ wanted) > 0.02).all()
+
+
 def limb(joints: np.ndarray, upper: tuple[str, ...], turned_rad: float, axis: np.ndarray) -> np.ndarray:
     """Joints of a limb turned about an axis through the first of them."""
     cross = np.cross(np.eye(3), axis)
@@ -82,6 +120,17 @@ def test_a_turned_bone_shows_as_its_angle(rows: tuple[str, ...], axis: tuple[flo
     for turn in (0.2, 0.5):
         after = joint_angles(limb(upright, rows, turn, np.array(axis, dtype=float)))[0, AT[column]]
         assert after - before == pytest.approx(turn, abs=1e-3)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.4, 1.2, 2.0])
+def test_a_wrist_is_bent_by_the_angle_between_forearm_and_hand(bend: float) -> None:
+    joints = pose(BODY, standing(BODY, np.zeros(2), 0.0), 30, None)
+    wrist, elbow = joints[0, J["wrist_left"]], joints[0, J["elbow_left"]]
+    fore = (wrist - elbow) / np.linalg.norm(wrist - elbow)
+    across = np.cross(fore, [0.0, 1.0, 0.0]) / np.linalg.norm(np.cross(fore, [0.0, 1.0, 0.0]))
+    joints[0, J["hand_tip_left"]] = wrist + 0.18 * (np.cos(bend) * fore + np.sin(bend) * across)
+    assert joint_angles(joints)[0, AT["wrist_left"]] == pytest.approx(bend, abs=1e-9)
+    assert limit_violations(joints)[0, AT["wrist_left"]] == pytest.approx(max(bend - np.radians(70), 0.0), abs=1e-9)
 
 
 def test_violations_are_what_is_beyond_the_range() -> None:

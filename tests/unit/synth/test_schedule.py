@@ -51,7 +51,7 @@ def test_the_catalogue_names_what_exists() -> None:
             category(name)
         assert set(activity.roles) <= ROLES
         assert not activity.gesture or activity.gesture in GESTURES
-        assert activity.how in ("wander", "stand", "talk", "beside", "touch", "sit", "lie")
+        assert activity.how in ("wander", "stand", "talk", "beside", "touch", "fetch", "sit", "lie", "leave")
     assert {name for habits in HABITS.values() for name, _ in habits.likes} <= {a.name for a in CATALOGUE}
 
 
