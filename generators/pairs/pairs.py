@@ -16,7 +16,7 @@ from hsbench.errors import DataError
 from hsbench.geometry.transforms import invert
 from hsbench.schema import Episode, Scene
 from hsbench.synth.activities import Life, live
-from hsbench.synth.assemble import rgbd_episode, scene_in
+from hsbench.synth.assemble import filmed_episode, scene_in
 from hsbench.synth.furniture import family
 from hsbench.synth.pairs import exchanged, hidden_objects, is_unrevealed, same_poses
 from hsbench.synth.placement import place_rgbd
@@ -34,7 +34,7 @@ def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
         if not hidden_objects(scene_in(invert(scene_T_episode), scene), sensor):
             continue
         life = live(scene, attempt.seeds.child("life"), settings.life)
-        film = partial(rgbd_episode, scene_T_episode=scene_T_episode, sensor=sensor, settings=settings)
+        film = partial(filmed_episode, scene_T_episode=scene_T_episode, sensor=sensor, settings=settings)
         base = film(attempt, "pairs", scene, life)
         twin = _twin(base, attempt, scene, life, film)
         if twin is not None:

@@ -10,7 +10,7 @@ from typing import Any
 
 from hsbench.schema import Episode
 from hsbench.synth.activities import live
-from hsbench.synth.assemble import rgbd_episode
+from hsbench.synth.assemble import filmed_episode
 from hsbench.synth.placement import place_rgbd
 from hsbench.synth.recipes import Unit
 from hsbench.synth.rgbd import RgbdSettings
@@ -22,4 +22,4 @@ def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
     scene = settings.scene(unit.scene_id, unit.seeds.child("room"))
     life = live(scene, unit.seeds.child("life"), settings.life)
     scene_T_episode, sensor = place_rgbd(scene, settings.camera, unit.seeds.rng("rgbd-camera"))
-    yield rgbd_episode(unit, "rgbd-activity", scene, life, scene_T_episode, sensor, settings)
+    yield filmed_episode(unit, "rgbd-activity", scene, life, scene_T_episode, sensor, settings)

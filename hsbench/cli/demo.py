@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hsbench.baselines.occlusion.action import recognise
@@ -25,9 +25,12 @@ from hsbench.submission.check import check_or_raise
 from hsbench.submission.read import Predictions, open_submission
 from hsbench.synth.generate import Job, generate
 from hsbench.tasks.scene_completion import GRID, SCENE_COMPLETION
-from hsbench.viz.demo_page import Shown, banner, demo_page
+from hsbench.viz.demo_page import Shown, banner, demo_page, view_at
 
 RECIPE = "rgbd-activity"
+SENSORS_RECIPE = "all-sensors"
+SENSORS_FRAMES = "every:6"  # among them for each sensor one at the moment shown
+SHOWN_S = 30.0
 SPLIT = "val"
 METHODS = (
     "carve",
@@ -86,7 +89,12 @@ def demo(out: Path, workers: int, quick: bool = False) -> Iterator[Step]:
     shown = _shown(load(data, SPLIT, truth=True), predictions)
     comparisons = [compare(reports["carve"], reports[name]) for name in AGAINST]
     write_bytes(out / "picture.png", encode_png(banner(shown[0])))
-    write_text(out / "report.html", demo_page(shown, list(reports.values()), comparisons, commands()))
+    sensors = out / "sensors"
+    job = Job(SENSORS_RECIPE, 0, tuple(read_splits(SENSORS_RECIPE).numbers("mini", SPLIT)), SENSORS_FRAMES)
+    for made in generate(replace(job, frames="reference") if quick else job, sensors, workers):
+        yield Step(f"generated {made}")
+    views = [view_at(episode, SHOWN_S) for episode in load(sensors)]
+    write_text(out / "report.html", demo_page(shown, views, list(reports.values()), comparisons, commands()))
     yield Step(f"board: {out / 'board.html'}")
     yield Step(f"report: {(out / 'report.html').resolve()}")
 
@@ -120,4 +128,5 @@ def commands() -> list[str]:
         "hsbench compare carve.json all-solid.json",
         f"hsbench board add carve.json --board board --name carve --year {YEAR}",
         "hsbench board build --board board --out board.html",
+        f"hsbench generate {SENSORS_RECIPE} --size mini --split {SPLIT} --frames {SENSORS_FRAMES} --out sensors",
     ]

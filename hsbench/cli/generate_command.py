@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 @click.option(
     "--frames",
-    type=click.Choice(["all", "reference", "none"]),
+    metavar="all|every:N|reference|none",
     default="all",
     show_default=True,
-    help="Pictures: all, only the one at t0, or none. Poses and truth are always whole.",
+    help="Pictures: all, every N-th, only the one at t0, or none. Poses and truth are always whole.",
 )
 @click.option("--preview", is_flag=True, help="Make no data: draw a plan and a view of each scene to DIR/preview.png.")
 @click.option("--renderer", type=click.Choice(["auto", "pyrender", "raycast"]), default="auto", show_default=True)

@@ -16,6 +16,7 @@ from hsbench.geometry.rays import pack_solids, segments_blocked
 from hsbench.geometry.transforms import apply, invert, planar
 from hsbench.schema.episode import Episode
 from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
+from hsbench.schema.sensor import Sensor
 from hsbench.truth.sight import ray_image
 from hsbench.typing import AnyArray, BoolArray, FloatArray
 
@@ -27,6 +28,8 @@ BODY_SHARE = 0.99
 """Of joints: in a sharply bent limb one may lie a little outside of the skin."""
 VIEW_M = 0.01
 VIEW_POINTS = 1000
+CUT_M = 2.3
+"""A view from above is cut there, as a floor plan is."""
 LIFT_M = 0.005
 """A point is looked at from so far before its surface: it must not hide itself."""
 EDGE_M = 0.05
@@ -48,7 +51,7 @@ def _depth_faults(view: _View) -> Iterator[str]:
     """Clean depth and ids at t0 against exact rays, where nobody stands."""
     camera = view.episode.sensor.camera
     assert not isinstance(camera, TopDownCamera)
-    exact = ray_image(view.scene, camera, view.episode.sensor.world_T_camera)
+    exact = ray_image(view.scene, camera, view.episode.placed_sensor.world_T_camera)
     room = view.ids <= PERSON_ID_OFFSET
     near = np.abs(np.where(np.isfinite(exact.depth_m), exact.depth_m, 0.0) - view.depth_m) <= DEPTH_M
     if (share := float(near[room].mean())) < SHARE:
@@ -98,7 +101,7 @@ def _body_faults(episode: Episode) -> Iterator[str]:
     poses = truth.poses.poses
     assert poses.joints_m is not None  # true poses have them
     inner = sorted({parent for parent, _ in poses.layout.bones})
-    camera, camera_T_world = episode.sensor.camera, invert(episode.sensor.world_T_camera)
+    camera, camera_T_world = episode.sensor.camera, invert(episode.placed_sensor.world_T_camera)
     hits: list[BoolArray] = [np.zeros(0, dtype=np.bool_)]
     stamps = episode.frames.timestamps_ns
     for index in np.flatnonzero(np.isin(stamps, poses.timestamp_ns)):
@@ -136,28 +139,37 @@ def agreement(a: Episode, b: Episode) -> float | None:
 
     Who sees a point is asked of exact rays against convex parts.
     """
-    views = [_View.of(episode) for episode in (a, b)]
-    if any(view is None or isinstance(view.episode.sensor.camera, TopDownCamera) for view in views):
+    one, other = _View.of(a), _View.of(b)
+    if one is None or other is None:
         return None
-    one, other = views
-    assert one is not None
-    assert other is not None
     chosen = np.linspace(0, len(one.points) - 1, VIEW_POINTS).astype(np.int64)
     points = apply(_transform(other.scene, one.scene), one.points[chosen])
-    camera, world_T_camera = b.sensor.camera, b.sensor.world_T_camera
+    camera, world_T_camera = b.sensor.camera, b.placed_sensor.world_T_camera
     pixels, depth = camera.project(apply(invert(world_T_camera), points))
     inside = camera.contains(pixels)
     column, row = np.where(inside[:, None], pixels, 0).astype(np.int64).T
     around = _spread(other.depth_m)[row, column]
     compared = inside & (around < EDGE_M) & (other.ids[row, column] <= PERSON_ID_OFFSET)
-    eye = world_T_camera[:3, 3]
-    towards = (eye - points) / np.linalg.norm(eye - points, axis=1, keepdims=True)
-    solids = pack_solids([solid for item in other.scene.objects for solid in item.solids])
-    compared[compared] = ~segments_blocked(eye, (points + LIFT_M * towards)[compared], solids)
+    compared &= other.depth_m[row, column] > 0
+    compared[compared] = _is_seen(points[compared], b.placed_sensor, other.scene)
     if not compared.any():
         return None
     gap = np.abs(depth - other.depth_m[row, column])[compared]
     return float((gap <= VIEW_M + around[compared]).mean())
+
+
+def _is_seen(points: FloatArray, sensor: Sensor, scene: Scene) -> BoolArray:
+    """(N,) whether nothing stands between (N, 3) points on surfaces and a sensor."""
+    solids = pack_solids([solid for item in scene.objects for solid in item.solids])
+    if isinstance(sensor.camera, TopDownCamera):
+        eyes = np.column_stack([points[:, :2], np.full(len(points), CUT_M)])
+        below = points[:, 2] < CUT_M - LIFT_M
+        lifted = points + np.array([0.0, 0.0, LIFT_M])
+        pairs = zip(eyes, lifted[:, None], strict=True)
+        return below & ~np.array([bool(segments_blocked(eye, point, solids)[0]) for eye, point in pairs])
+    eye = sensor.world_T_camera[:3, 3]
+    towards = (eye - points) / np.linalg.norm(eye - points, axis=1, keepdims=True)
+    return ~segments_blocked(eye, points + LIFT_M * towards, solids)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +194,7 @@ class _View:
             return None
         depth_m, ids = first.depth_m.astype(np.float64), first.instance
         shown = (depth_m > 0) & (ids <= PERSON_ID_OFFSET)
-        points = apply(episode.sensor.world_T_camera, episode.sensor.camera.unproject(depth_m)[shown])
+        points = apply(episode.placed_sensor.world_T_camera, episode.sensor.camera.unproject(depth_m)[shown])
         return cls(episode, truth.scene, depth_m, ids, points, ids[shown])
 
 

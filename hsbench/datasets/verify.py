@@ -9,7 +9,7 @@ import numpy as np
 from hsbench.datasets.dataset import Dataset
 from hsbench.datasets.geometry_checks import geometry_faults, view_faults
 from hsbench.errors import HsbenchError
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import CentralCamera
 from hsbench.io.dataset_index import verify_files
 from hsbench.schema.episode import Episode
 from hsbench.schema.states import VoxelState
@@ -64,14 +64,14 @@ def _states(episode: Episode) -> list[str]:
         truth is None
         or truth.occupancy is None
         or truth.frames is None
-        or not isinstance(episode.sensor.camera, PinholeCamera)
+        or not isinstance(episode.sensor.camera, CentralCamera)
     ):
         return []
     depth = truth.frames[0].depth_m
     if depth is None:
         return []
     stored = truth.occupancy.state
-    states = depth_states(truth.occupancy.grid, episode.sensor.camera, episode.sensor.world_T_camera, depth)
+    states = depth_states(truth.occupancy.grid, episode.sensor.camera, episode.placed_sensor.world_T_camera, depth)
     in_view = np.isin(stored, (VoxelState.FREE, VoxelState.SURFACE, VoxelState.OCCLUDED))
     if not in_view.any():
         return ["no voxel of the truth grid is in view"]

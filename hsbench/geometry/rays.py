@@ -7,19 +7,22 @@ Kay & Kajiya 1986).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numba
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import BrownCamera, CentralCamera, EquirectangularCamera, PinholeCamera
 from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.transforms import apply, invert
 from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
 
-NEAR_M = 1e-3  # a solid reaching closer than this to the camera plane is tested on the whole image
+NEAR_M = 1e-3  # a solid closer than this to the camera plane, or to a sphere's axis, is tested on the whole image
+RIM_STEPS = 16  # along each side of a box that a lens bends: the bend between them stays below a pixel
 PARALLEL = 1e-12  # a ray whose direction meets a plane's normal at less than this runs along the plane
 
 
@@ -40,7 +43,7 @@ class PackedSolids:
 class RayImage:
     """What a camera sees of owned solids.
 
-    depth_m: (h, w) float64 camera z at pixel centres, +inf where nothing is hit.
+    depth_m: (h, w) float64 depth at pixel centres as the camera counts it, +inf where nothing is hit.
     owner: (h, w) int32 owner of the nearest solid, -1 where nothing is hit.
     amodal_px: (n_owners,) int64 pixels an owner would cover if it stood alone.
     """
@@ -74,7 +77,7 @@ def segments_blocked(origin: FloatArray, targets: FloatArray, solids: PackedSoli
 
 
 def cast(
-    camera: PinholeCamera, world_T_camera: FloatArray, solids: PackedSolids, owner: Int32Array, n_owners: int
+    camera: CentralCamera, world_T_camera: FloatArray, solids: PackedSolids, owner: Int32Array, n_owners: int
 ) -> RayImage:
     """The exact image of solids (in the world frame) with ``owner`` (N,) int32 in 0..n_owners - 1, ascending."""
     owner = np.asarray(owner, dtype=np.int32)
@@ -90,27 +93,68 @@ def cast(
     depth_m = np.full((camera.height_px, camera.width_px), np.inf)
     seen = np.full(depth_m.shape, -1, dtype=np.int32)
     amodal = np.zeros(n_owners, dtype=np.int64)
-    rays = camera.rays()
-    _cast(rays[0, :, 0].copy(), rays[:, 0, 1].copy(), planes, solids.plane_start, windows, owner, depth_m, seen, amodal)
+    _cast(camera.rays(), planes, solids.plane_start, windows, owner, depth_m, seen, amodal)
     return RayImage(depth_m, seen, amodal)
 
 
-def _windows(camera: PinholeCamera, corners: FloatArray, start: IntArray) -> IntArray:
-    """(N, 4) pixel rectangles u0, v0, u1, v1 (end exclusive) that hold each solid's projection."""
-    windows = np.zeros((len(start) - 1, 4), dtype=np.int64)
+def _windows(camera: CentralCamera, corners: FloatArray, start: IntArray) -> IntArray:
+    """(N, 4) pixel rectangles u0, v0, u1, v1 (end exclusive) that hold each solid's projection.
+
+    On a sphere u1 may lie beyond the last column: the first one follows it.
+    """
+    windows = [
+        _window_on_sphere(camera, corners[first:last])
+        if isinstance(camera, EquirectangularCamera)
+        else _window_on_plane(camera, corners[first:last])
+        for first, last in pairwise(start)
+    ]
+    return np.array(windows, dtype=np.int64).reshape(-1, 4)
+
+
+def _window_on_plane(camera: PinholeCamera | BrownCamera, points: FloatArray) -> tuple[float, ...]:
     size = np.array([camera.width_px, camera.height_px])
-    for i in range(len(start) - 1):
-        points = corners[start[i] : start[i + 1]]
-        if points[:, 2].max() <= 0:
-            continue
-        if points[:, 2].min() < NEAR_M:
-            windows[i] = (0, 0, *size)
-            continue
-        pixels, _ = camera.project(points)
-        low = np.clip(np.floor(pixels.min(axis=0)) - 1, 0, size)
-        high = np.clip(np.ceil(pixels.max(axis=0)) + 1, 0, size)
-        windows[i] = (*low, *high)
-    return windows
+    if points[:, 2].max() <= 0:
+        return 0, 0, 0, 0
+    if points[:, 2].min() < NEAR_M:
+        return 0, 0, camera.width_px, camera.height_px
+    pixels, _ = camera.project(_rim(points, camera.reach) if isinstance(camera, BrownCamera) else points)
+    low = np.clip(np.floor(pixels.min(axis=0)) - 1, 0, size)
+    high = np.clip(np.ceil(pixels.max(axis=0)) + 1, 0, size)
+    return *low, *high
+
+
+def _rim(points: FloatArray, reach: float) -> FloatArray:
+    """(N, 3) points along the rim of the box about what (C, 3) points cover within ``reach`` at depth 1."""
+    flat = np.clip(points[:, :2] / points[:, 2:], -reach, reach)
+    (x0, y0), (x1, y1) = flat.min(axis=0), flat.max(axis=0)
+    along = np.linspace(0.0, 1.0, RIM_STEPS + 1)
+    x, y = x0 + along * (x1 - x0), y0 + along * (y1 - y0)
+    sides = [(x, np.full_like(x, y0)), (x, np.full_like(x, y1)), (np.full_like(y, x0), y), (np.full_like(y, x1), y)]
+    return np.concatenate([np.stack([a, b, np.ones_like(a)], axis=-1) for a, b in sides])
+
+
+def _window_on_sphere(camera: EquirectangularCamera, points: FloatArray) -> tuple[float, ...]:
+    """The columns are those of the corners; rows are bounded by height over the least and greatest level distance."""
+    width, height = camera.width_px, camera.height_px
+    level, up = points[:, [2, 0]], -points[:, 1]
+    middle = level.mean(axis=0)
+    middle = middle / max(float(np.hypot(*middle)), NEAR_M)
+    ahead, aside = level @ middle, level @ [-middle[1], middle[0]]
+    nearest = float(ahead.min())  # no point of the solid is nearer to the upright axis
+    if nearest < NEAR_M:
+        return 0, 0, width, height
+    farthest = float(np.hypot(level[:, 0], level[:, 1]).max())
+    high, low = float(up.max()), float(up.min())
+    top = math.atan2(high, nearest if high > 0 else farthest)
+    bottom = math.atan2(low, farthest if low > 0 else nearest)
+    azimuth = math.atan2(middle[1], middle[0]) + np.arctan2(aside, ahead)
+    u0, u1 = ((a / (2 * math.pi) + 0.5) * width for a in (float(azimuth.min()), float(azimuth.max())))
+    v0, v1 = ((0.5 - a / math.pi) * height for a in (top, bottom))
+    if u1 - u0 + 4 >= width:
+        return 0, max(math.floor(v0) - 1, 0), width, min(math.ceil(v1) + 1, height)
+    first = math.floor(u0) - 1
+    turned = first % width
+    return turned, max(math.floor(v0) - 1, 0), turned + math.ceil(u1) + 1 - first, min(math.ceil(v1) + 1, height)
 
 
 @numba.njit(cache=True)
@@ -142,8 +186,7 @@ def _segments_blocked(origin: FloatArray, targets: FloatArray, planes: FloatArra
 
 @numba.njit(cache=True)
 def _cast(
-    ray_x: FloatArray,
-    ray_y: FloatArray,
+    rays: FloatArray,
     planes: FloatArray,
     start: IntArray,
     windows: IntArray,
@@ -156,10 +199,11 @@ def _cast(
     for s in range(len(start) - 1):
         u0, v0, u1, v1 = windows[s]
         for v in range(v0, v1):
-            for u in range(u0, u1):
+            for column in range(u0, u1):
+                u = column if column < depth.shape[1] else column - depth.shape[1]
                 enter, leave = 0.0, np.inf
                 for p in range(start[s], start[s + 1]):
-                    along = planes[p, 0] * ray_x[u] + planes[p, 1] * ray_y[v] + planes[p, 2]
+                    along = planes[p, 0] * rays[v, u, 0] + planes[p, 1] * rays[v, u, 1] + planes[p, 2] * rays[v, u, 2]
                     if abs(along) < PARALLEL:
                         if planes[p, 3] <= 0.0:
                             leave = -1.0

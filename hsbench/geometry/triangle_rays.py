@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import CentralCamera
 from hsbench.typing import FloatArray, Int32Array, IntArray
 
 LEAF_TRIANGLES = 4
@@ -67,8 +67,8 @@ def nearest(
     )  # fmt: skip
 
 
-def depth_image(tree: TriangleTree, camera: PinholeCamera, world_T_camera: FloatArray) -> FloatArray:
-    """(h, w) float64 camera z of the nearest hit at every pixel centre, +inf where none; the tree is in the world."""
+def depth_image(tree: TriangleTree, camera: CentralCamera, world_T_camera: FloatArray) -> FloatArray:
+    """(h, w) float64 depth of the nearest hit at every pixel centre, +inf where none; the tree is in the world."""
     rays = camera.rays().reshape(-1, 3)
     directions = rays @ world_T_camera[:3, :3].T
     origins = np.broadcast_to(world_T_camera[:3, 3], directions.shape)

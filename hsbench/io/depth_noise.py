@@ -1,32 +1,54 @@
 """Depth noise as a function of the seed an episode was given and the frame, applied when a frame is read.
 
-One recording serves every noise level. The axial error grows with the square of distance and the lateral
-error is a fraction of a pixel, after Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise for improved 3D
-reconstruction and tracking", 3DIMPVT 2012. Range limits are those of a Kinect v2's datasheet (.5-4.5 m is
-its specified range; it gives readings to 8 m). Holes along depth edges are an hsbench default.
+One recording serves every noise level. Sources of the constants:
+
+[N] Nguyen, Izadi, Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012:
+    axial error by distance and angle, lateral error by angle, in pixels.
+[K] Khoshelham, Elberink, "Accuracy and resolution of Kinect depth data for indoor mapping applications", Sensors 12,
+    2012: the projector of a Kinect stands 7.5 cm beside its camera, so that it lights what the camera sees in part.
+[M] Data sheet of the Kinect v2: specified for 0.5-4.5 m, readings to 8 m.
+
+What has no source is ours: holes along depth edges, and how much is lost on glancing and on dark surfaces, which
+Sarbolandi, Lefloch, Kolb, "Kinect range sensing: structured-light versus time-of-flight Kinect", CVIU 139, 2015, show
+for both kinds of Kinect without a model.
 """
 
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from hsbench.errors import SchemaError
 from hsbench.io.images import MM_PER_M
-from hsbench.typing import AnyArray, Float32Array
+from hsbench.typing import AnyArray, BoolArray, Float32Array, UInt8Array
+
+SLOPE_PX = 4  # slopes are measured over so many pixels: millimetres make a difference of one pixel too coarse
+SQUARE_ON = math.radians(89.0)  # steeper angles are noise of the slope
+STEEPEST = 2.0  # theta / (pi/2 - theta) at 60 degrees, up to where [N] measured: steeper ones err no more
+SHADE_SLACK_PX = 0.5  # of the pattern
 
 
 @dataclass(frozen=True)
 class DepthNoise:
-    """A noise model.
+    """A noise model; effects whose constants are left out do not occur.
 
-    sigma_m(z) = axial_base_m + axial_square_per_m * (z - axial_offset_m)^2.
-    lateral_px: standard deviation of the shift of the sampled pixel.
+    With theta the angle between a surface's normal and the line of sight, counted up to 60 degrees,
+    sigma_m(z, theta) = axial_base_m + axial_square_per_m * (z - axial_offset_m)^2
+                        + axial_angle * theta^2 / ((pi/2 - theta)^2 sqrt(z)),
+    and lateral_px + lateral_angle_px * theta / (pi/2 - theta) is the standard deviation of the shift of the sampled
+    pixel.
     near_m, far_m: readings outside are lost.
     edge_step_m, edge_loss: share of pixels lost where the 3 x 3 neighbourhood spans more than the step.
+    focal_widths: focal length in widths of the picture; 0: angles are not known, and none is lost in shade.
+    baseline_m: the sensor's light stands so far to the right of its camera; what it does not light is lost.
+    glancing_rad: none is lost for a smaller theta than the first, all for a larger one than the second, the share
+    between them linear.
+    dark_signal: the reading is lost with a probability of 1 / (1 + (signal / dark_signal)^4), where signal is the
+    brightness 0..1 of the surface, in the place of its reflectance in the infrared, times cos(theta) / z^2.
     """
 
     axial_base_m: float
@@ -37,21 +59,51 @@ class DepthNoise:
     far_m: float
     edge_step_m: float
     edge_loss: float
+    axial_angle: float = 0.0
+    lateral_angle_px: float = 0.0
+    focal_widths: float = 0.0
+    baseline_m: float = 0.0
+    glancing_rad: tuple[float, float] = (math.pi, math.pi)
+    dark_signal: float = 0.0
 
 
 KINECT = DepthNoise(
-    axial_base_m=0.0012,
-    axial_square_per_m=0.0019,
-    axial_offset_m=0.4,
-    lateral_px=0.8,
-    near_m=0.5,
-    far_m=8.0,
+    axial_base_m=0.0012,  # [N]
+    axial_square_per_m=0.0019,  # [N]
+    axial_offset_m=0.4,  # [N]
+    lateral_px=0.8,  # [N]
+    near_m=0.5,  # [M]
+    far_m=8.0,  # [M]
     edge_step_m=0.08,
     edge_loss=0.5,
+    axial_angle=0.0001,  # [N]
+    lateral_angle_px=0.035,  # [N]
+    focal_widths=0.706,  # 70.6 degrees across [M]
+    baseline_m=0.075,  # [K]
 )
-
-PRESETS: dict[str, DepthNoise | None] = {"kinect": KINECT, "none": None}
-"""Noise by name. ``none`` hands out clean depth: an oracle, not an input of any task."""
+MILD = replace(
+    KINECT,
+    axial_base_m=0.0006,
+    axial_square_per_m=0.00095,
+    lateral_px=0.4,
+    edge_loss=0.25,
+    baseline_m=0.0,
+)
+HARSH = replace(
+    KINECT,
+    axial_base_m=0.0024,
+    axial_square_per_m=0.0038,
+    lateral_px=1.6,
+    far_m=4.5,  # [M]: the specified range
+    edge_step_m=0.05,
+    edge_loss=0.9,
+    glancing_rad=(math.radians(75.0), math.radians(85.0)),
+    dark_signal=0.0015,
+)
+PRESETS: dict[str, DepthNoise | None] = {"kinect": KINECT, "mild": MILD, "harsh": HARSH, "none": None}
+"""Noise by name: ``mild`` has half of a Kinect's errors and no shade; ``harsh`` twice, and loses glancing and dark
+surfaces (both ours). ``none`` hands out clean depth: an oracle, not an input of any task.
+"""
 
 
 def preset(name: str) -> DepthNoise | None:
@@ -68,24 +120,97 @@ def noise_rng(seed: int, frame: int) -> np.random.Generator:
     return np.random.Generator(np.random.Philox(key=key))
 
 
-def add_noise(depth_m: AnyArray, noise: DepthNoise | None, rng: np.random.Generator) -> Float32Array:
-    """Clean (h, w) metres, 0 = none -> noisy float32 metres, whole millimetres, 0 where the reading is lost."""
+def add_noise(
+    depth_m: AnyArray, noise: DepthNoise | None, rng: np.random.Generator, rgb: UInt8Array | None = None
+) -> Float32Array:
+    """Clean (h, w) metres, 0 = none -> noisy float32 metres, whole millimetres, 0 where the reading is lost.
+
+    rgb: (h, w, 3) sRGB of the same pixels; without it no surface is too dark.
+    """
     clean = np.ascontiguousarray(depth_m, dtype=np.float32)
     if noise is None:
         return clean
-    shape = clean.shape
-    shift = np.rint(rng.standard_normal((2, *shape), dtype=np.float32) * noise.lateral_px).astype(np.int32)
-    row = np.clip(np.arange(shape[0], dtype=np.int32)[:, None] + shift[0], 0, shape[0] - 1)
-    column = np.clip(np.arange(shape[1], dtype=np.int32)[None, :] + shift[1], 0, shape[1] - 1)
-    depth = clean[row, column]
+    focal_px = noise.focal_widths * clean.shape[1]
+    angle = viewing_angle(clean, focal_px) if focal_px else np.zeros_like(clean)
+    drawn = rng.standard_normal((2, *clean.shape), dtype=np.float32)
+    turned = np.minimum(angle / (math.pi / 2 - angle), STEEPEST)
+    depth = _beside(clean, drawn * (noise.lateral_px + noise.lateral_angle_px * turned))
     sigma = noise.axial_base_m + noise.axial_square_per_m * (depth - noise.axial_offset_m) ** 2
-    noisy = depth + sigma * rng.standard_normal(shape, dtype=np.float32)
-    kernel = np.ones((3, 3), dtype=np.uint8)
-    edge = cv2.dilate(clean, kernel) - cv2.erode(clean, kernel) > noise.edge_step_m
-    lost = (
-        (depth < noise.near_m)
-        | (depth > noise.far_m)
-        | (edge & (rng.random(shape, dtype=np.float32) < noise.edge_loss))
-    )
+    if noise.axial_angle:
+        sigma += noise.axial_angle * turned**2 / np.sqrt(np.maximum(depth, noise.near_m))
+    noisy = depth + sigma * rng.standard_normal(clean.shape, dtype=np.float32)
+    lost = (depth < noise.near_m) | (depth > noise.far_m)
+    lost |= _on_edge(clean, noise.edge_step_m) & (rng.random(clean.shape, dtype=np.float32) < noise.edge_loss)
+    first, last = noise.glancing_rad
+    if first < math.pi / 2:
+        lost |= rng.random(clean.shape, dtype=np.float32) < (angle - first) / (last - first)
+    if noise.dark_signal and rgb is not None:
+        signal = _brightness(rgb) * np.cos(angle) / np.maximum(clean, noise.near_m) ** 2
+        lost |= rng.random(clean.shape, dtype=np.float32) < 1.0 / (1.0 + (signal / noise.dark_signal) ** 4)
+    if noise.baseline_m:
+        lost |= shaded(clean, focal_px * noise.baseline_m)
     noisy[lost] = 0.0
     return (np.rint(noisy * MM_PER_M) / MM_PER_M).astype(np.float32)
+
+
+def viewing_angle(depth_m: Float32Array, focal_px: float) -> Float32Array:
+    """(h, w) depth of a camera whose principal point is the middle -> (h, w) angles of surfaces to the line of sight.
+
+    0 is square on. Of the slopes to either side the gentler one counts: an edge is no surface. On a plane this is exact
+    but for the curvature of depth over SLOPE_PX pixels.
+    """
+    height, width = depth_m.shape
+    x = (np.arange(width, dtype=np.float32) + 0.5 - width / 2) / np.float32(focal_px)
+    y = (np.arange(height, dtype=np.float32)[:, None] + 0.5 - height / 2) / np.float32(focal_px)
+    per_depth = np.float32(focal_px) / np.maximum(depth_m, np.float32(1e-3))
+    gx, gy = (_gentler_slope(depth_m, axis) * per_depth for axis in (1, 0))
+    square = (1.0 + x * x + y * y) * (gx * gx + gy * gy + (1.0 + gx * x + gy * y) ** 2)
+    return np.minimum(np.arccos(np.minimum(1.0 / np.sqrt(square), 1.0)), np.float32(SQUARE_ON))
+
+
+def shaded(depth_m: Float32Array, disparity_px_m: float) -> BoolArray:
+    """(h, w) bool: pixels that a light beside the camera, to its right, does not reach past what stands before them.
+
+    disparity_px_m: focal length times baseline. A point at column u and depth z lies at column u - disparity / z of the
+    light's own image. Going left, these columns fall; where one does not, something nearer to the right covers it.
+    """
+    seen = depth_m > 0
+    column = np.arange(depth_m.shape[1], dtype=np.float32) - np.float32(disparity_px_m) / np.where(seen, depth_m, 1.0)
+    column[~seen] = np.inf
+    least = np.minimum.accumulate(column[:, ::-1], axis=1)[:, ::-1]
+    covered = np.zeros(depth_m.shape, dtype=np.bool_)
+    covered[:, :-1] = column[:, :-1] > least[:, 1:] + SHADE_SLACK_PX
+    return covered & seen
+
+
+def _gentler_slope(depth_m: Float32Array, axis: int) -> Float32Array:
+    """(h, w) metres a pixel along an axis."""
+    step = np.diff(depth_m, axis=axis)
+    kernel = np.ones((1, SLOPE_PX) if axis == 1 else (SLOPE_PX, 1), dtype=np.float32) / SLOPE_PX
+    pad = [(0, 0), (0, 0)]
+    pad[axis] = (SLOPE_PX, SLOPE_PX)
+    steps = np.pad(step, pad, mode="edge")
+    mean = cv2.filter2D(steps, cv2.CV_32F, kernel, anchor=(0, 0))
+    size = depth_m.shape[axis]
+    ahead, behind = (np.take(mean, np.arange(first, first + size), axis=axis) for first in (SLOPE_PX, 0))
+    return np.where(np.abs(ahead) < np.abs(behind), ahead, behind)
+
+
+def _beside(depth_m: Float32Array, shift_px: AnyArray) -> Float32Array:
+    """Depth of the pixels (2, h, w) rows and columns beside each, rounded, inside the image."""
+    height, width = depth_m.shape
+    shift = np.rint(shift_px).astype(np.int32)
+    row = np.clip(np.arange(height, dtype=np.int32)[:, None] + shift[0], 0, height - 1)
+    column = np.clip(np.arange(width, dtype=np.int32)[None, :] + shift[1], 0, width - 1)
+    return depth_m[row, column]
+
+
+def _on_edge(depth_m: Float32Array, step_m: float) -> BoolArray:
+    kernel = np.ones((3, 3), dtype=np.uint8)
+    return np.asarray(cv2.dilate(depth_m, kernel) - cv2.erode(depth_m, kernel) > step_m)
+
+
+def _brightness(rgb: UInt8Array) -> Float32Array:
+    """(h, w) luminance 0..1, linear (a power of 2.2 for the curve of sRGB)."""
+    linear = ((np.arange(256) / 255.0) ** 2.2).astype(np.float32)
+    return linear[rgb] @ np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)

@@ -4,7 +4,7 @@
     inputs/               poses.parquet, activity_maps.npz, frames/ (imported images)
     recording/            pictures of a static camera as background and patches (generated, open splits)
     truth/                scene.json + scene.npz, poses.parquet + match.parquet, events.parquet, motions.parquet,
-                          occupancy.json + occupancy.npz, objects.parquet, affordance.npz
+                          occupancy.json + occupancy.npz, objects.parquet, affordance.npz, view_affordance.png
     index.json            the episode's row of its data set's index: scene, split, counts
     manifest.json         sha256 of every file above
 
@@ -34,7 +34,7 @@ from hsbench.io.frame_store import (
     write_images,
     write_recording,
 )
-from hsbench.io.images import depth_to_mm
+from hsbench.io.images import depth_to_mm, read_uint8, write_png
 from hsbench.io.strict_json import read_json
 from hsbench.schema import SCHEMA_VERSION, codec
 from hsbench.schema.categories import CATEGORIES
@@ -42,7 +42,9 @@ from hsbench.schema.episode import Episode, EpisodeTruth, FrameList, Frames, Fra
 from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
 from hsbench.typing import UInt8Array
 
-DESCRIPTOR_KEYS = ("schema_version", "episode_id", "dataset", "t0_ns", "end_ns", "sensor", "frames", "depth_noise")
+DESCRIPTOR_KEYS = (
+    "schema_version", "episode_id", "dataset", "t0_ns", "end_ns", "sensor", "frames", "depth_noise", "image_noise",
+)  # fmt: skip
 INSTANCE_IDS = 65536  # uint16
 
 T = TypeVar("T")
@@ -88,6 +90,9 @@ def _describe(episode: Episode) -> dict[str, Any]:
         "depth_noise": {"preset": frames.noise_preset, "seed": frames.noise_seed}
         if isinstance(frames, Film | RecordingFrames) and frames.has_depth
         else None,
+        "image_noise": {"preset": frames.image_noise, "seed": frames.noise_seed}
+        if isinstance(frames, Film | RecordingFrames) and frames.image_noise != "none"
+        else None,
     }
 
 
@@ -99,7 +104,8 @@ def _write_inputs(unit: Path, episode: Episode) -> None:
     frames = episode.frames
     if isinstance(frames, Film):
         (unit / "recording").mkdir()
-        write_recording(unit / "recording", frames.background, (frames.patch(i) for i in range(len(frames))))
+        patches = (frames.patch(i) for i in range(len(frames)))
+        write_recording(unit / "recording", frames.background, patches, frames.light)
     elif isinstance(frames, RecordingFrames):
         raise DataError(f"episode {episode.episode_id} is a recording on disk already; copy its folder instead")
     elif len(frames):
@@ -147,16 +153,27 @@ def _write_truth(folder: Path, truth: EpisodeTruth) -> None:
     if truth.occupancy is not None:
         write_json(folder / "occupancy.json", codec.grid_to_json(truth.occupancy.grid))
         write_npz(folder / "occupancy.npz", **codec.occupancy_to_arrays(truth.occupancy))
+    if truth.sensor is not None:
+        write_json(folder / "sensor.json", codec.sensor_to_json(truth.sensor))
+    if truth.view_affordance is not None:
+        write_png(folder / "view_affordance.png", truth.view_affordance)
     if truth.affordance is not None:
         write_npz(folder / "affordance.npz", **codec.affordance_to_arrays(truth.affordance))
 
 
-def read_episode(folder: Path, *, truth: bool = False, frames: bool = True, depth_noise: str | None = None) -> Episode:
+def read_episode(
+    folder: Path,
+    *,
+    truth: bool = False,
+    frames: bool = True,
+    depth_noise: str | None = None,
+    image_noise: str | None = None,
+) -> Episode:
     """An episode from its folder; tables are read, frames decoded when indexed.
 
     truth: also hand out everything under ``truth``. frames: False leaves pictures out (the ``poses`` track).
-    depth_noise: a preset in place of the recorded one. Raises DataError for missing or damaged files,
-    SchemaError for values that do not fit.
+    depth_noise, image_noise: presets in place of the recorded ones, where there are any. Raises DataError for missing
+    or damaged files, SchemaError for values that do not fit.
     """
     descriptor = read_json(folder / "episode.json")
     try:
@@ -167,14 +184,15 @@ def read_episode(folder: Path, *, truth: bool = False, frames: bool = True, dept
         maps = _optional(
             folder / "inputs" / "activity_maps.npz", lambda p: codec.activity_maps_from_arrays(load_npz(p))
         )
-        noise = descriptor["depth_noise"]
-        if noise is not None and depth_noise is not None:
-            noise = {**noise, "preset": depth_noise}
+        noises = tuple(
+            found if found is None or preset is None else {**found, "preset": preset}
+            for found, preset in ((descriptor["depth_noise"], depth_noise), (descriptor["image_noise"], image_noise))
+        )
         return Episode(
             descriptor["episode_id"],
             descriptor["dataset"],
             codec.sensor_from_json(descriptor["sensor"]),
-            _read_frames(folder, descriptor, noise) if frames else FrameList(),
+            _read_frames(folder, descriptor["frames"], *noises) if frames else FrameList(),
             poses,
             descriptor["t0_ns"],
             descriptor["end_ns"],
@@ -190,12 +208,13 @@ def read_episode(folder: Path, *, truth: bool = False, frames: bool = True, dept
         ) from error
 
 
-def _read_frames(folder: Path, descriptor: dict[str, Any], noise: dict[str, Any] | None) -> Frames:
-    kind = descriptor["frames"]
+def _read_frames(folder: Path, kind: str, depth: dict[str, Any] | None, image: dict[str, Any] | None) -> Frames:
+    """depth, image: preset and seed of the noise; None: no such sensor, and no such noise."""
     if kind == "recording":
         recording = Recording(folder / "recording")
-        seed, preset = (noise["seed"], noise["preset"]) if noise is not None else (0, "none")
-        return RecordingFrames(recording, seed, preset, noise is not None)
+        seeds = [noise["seed"] for noise in (depth, image) if noise is not None]
+        presets = ["none" if noise is None else noise["preset"] for noise in (depth, image)]
+        return RecordingFrames(recording, seeds[0] if seeds else 0, presets[0], depth is not None, presets[1])
     if kind == "images":
         return ImageFrames(folder / "inputs" / "frames")
     if kind == "none":
@@ -226,6 +245,8 @@ def _read_truth(folder: Path, recorded: bool) -> EpisodeTruth:
         affordance=_optional(root / "affordance.npz", lambda p: codec.affordance_from_arrays(load_npz(p))),
         motions=_optional(root / "motions.parquet", lambda p: codec.motions_from_table(read_parquet(p))),
         frames=frames,
+        view_affordance=_optional(root / "view_affordance.png", read_uint8),
+        sensor=_optional(root / "sensor.json", lambda p: codec.sensor_from_json(read_json(p))),
     )
 
 

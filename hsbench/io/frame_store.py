@@ -7,7 +7,10 @@
   patch, ``mask`` (row-major bits, little bit order), and of the masked pixels in row-major order ``rgb``
   (3 bytes each), ``depth_mm`` and ``instance`` (little-endian uint16)
 
-A recording is clean signal: depth noise is added on reading. It is for open splits only.
+Where the light changes, pictures of the lights take the place of ``background_rgb.png`` in every frame
+(``changing_light``), and a patch is what differs from the background of its own frame.
+
+A recording is clean signal: noise is added on reading. It is for open splits only.
 Imported footage is stored as ordinary images instead (``ImageFrames``).
 """
 
@@ -24,7 +27,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from hsbench.errors import DataError
+from hsbench.io.changing_light import ChangingLight, read_light, write_light
 from hsbench.io.depth_noise import add_noise, noise_rng, preset
+from hsbench.io.image_noise import image_preset, photographed
 from hsbench.io.images import depth_from_mm, read_rgb, read_uint16, write_png
 from hsbench.schema.episode import Frame, FrameTruth
 from hsbench.typing import AnyArray, BoolArray, IntArray, UInt8Array, UInt16Array
@@ -56,7 +61,7 @@ class Picture:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """What differs from the background at one time: a window at (row, column), where ``mask`` (h, w) is true."""
+    """What differs from the background of one time: a window at (row, column), where ``mask`` (h, w) is true."""
 
     timestamp_ns: int
     row: int
@@ -65,11 +70,15 @@ class Patch:
     picture: Picture
 
 
-def write_recording(folder: Path, background: Picture, patches: Iterable[Patch]) -> None:
-    """Write a recording into an existing folder, patch by patch."""
+def write_recording(
+    folder: Path, background: Picture, patches: Iterable[Patch], light: ChangingLight | None = None
+) -> None:
+    """Write a recording into an existing folder, patch by patch. light: a row a patch; None where it stays."""
     write_png(folder / "background_rgb.png", background.rgb)
     write_png(folder / "background_depth.png", background.depth_mm)
     write_png(folder / "background_instance.png", background.instance)
+    if light is not None:
+        write_light(folder, light)
     with pq.ParquetWriter(folder / "patches.parquet", PATCH_SCHEMA, compression="zstd", use_dictionary=False) as writer:
         for frame, patch in enumerate(patches):
             writer.write_batch(pa.RecordBatch.from_pylist([_row(frame, patch)], schema=PATCH_SCHEMA))
@@ -95,7 +104,7 @@ def _row(frame: int, patch: Patch) -> dict[str, Any]:
 class Film:
     """A recording in the making: frames of an episode that is being generated, rendered when asked for.
 
-    patch: index -> Patch of the frame. Other fields as RecordingFrames.
+    background: at t0. patch: index -> Patch of the frame. light: where it changes. Other fields as RecordingFrames.
     """
 
     background: Picture
@@ -104,14 +113,17 @@ class Film:
     noise_seed: int
     noise_preset: str
     has_depth: bool = True
+    image_noise: str = "none"
+    light: ChangingLight | None = None
 
     def __len__(self) -> int:
         return len(self.timestamps_ns)
 
     def picture(self, index: int) -> Picture:
         """The clean picture of a frame."""
-        patch = self.patch(range(len(self))[index])
-        picture = Picture(self.background.rgb.copy(), self.background.depth_mm.copy(), self.background.instance.copy())
+        index = range(len(self))[index]
+        patch = self.patch(index)
+        picture = _background(self.background, self.light, index)
         window = _window(patch)
         picture.rgb[window][patch.mask] = patch.picture.rgb[patch.mask]
         picture.depth_mm[window][patch.mask] = patch.picture.depth_mm[patch.mask]
@@ -121,6 +133,12 @@ class Film:
     def __getitem__(self, index: int) -> Frame:
         index = range(len(self))[index]
         return _input_frame(self, self.picture(index), index)
+
+
+def _background(at_t0: Picture, light: ChangingLight | None, index: int) -> Picture:
+    """The picture of a frame without people, to be drawn on."""
+    rgb = at_t0.rgb.copy() if light is None else light.rgb(index)
+    return Picture(rgb, at_t0.depth_mm.copy(), at_t0.instance.copy())
 
 
 def _window(patch: Patch) -> tuple[slice, slice]:
@@ -142,6 +160,11 @@ class Recording:
             read_uint16(self.folder / "background_depth.png"),
             read_uint16(self.folder / "background_instance.png"),
         )
+
+    @cached_property
+    def light(self) -> ChangingLight | None:
+        """The light of every frame, None where it stays as at t0."""
+        return read_light(self.folder, self.background.depth_mm.shape, len(self.timestamps_ns))
 
     @cached_property
     def timestamps_ns(self) -> IntArray:
@@ -167,8 +190,7 @@ class Recording:
     def picture(self, frame: int) -> Picture:
         """The clean picture of a frame. Raises IndexError beyond the last, DataError where the patch is damaged."""
         frame = range(len(self.timestamps_ns))[frame]
-        back = self.background
-        picture = Picture(back.rgb.copy(), back.depth_mm.copy(), back.instance.copy())
+        picture = _background(self.background, self.light, frame)
         try:
             (row,) = self._patches.read_row_group(frame).to_pylist()
             _lay_over(picture, row)
@@ -211,12 +233,21 @@ def _timestamps(path: Path, read: Callable[[], pa.Table]) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class RecordingFrames:
-    """A recording as input: rgb, and depth with seeded noise (or none at all for a camera without depth)."""
+    """A recording as input: rgb, and depth (or none at all for a camera without depth), with seeded noise.
+
+    noise_preset: of depth. image_noise: preset of ``image_noise``.
+    """
 
     _recording: Recording  # clean signal, so no input
     noise_seed: int
     noise_preset: str
     has_depth: bool = True
+    image_noise: str = "none"
+
+    @property
+    def light(self) -> ChangingLight | None:
+        """The light of every frame, None where it stays as at t0: no input."""
+        return self._recording.light
 
     @property
     def timestamps_ns(self) -> IntArray:
@@ -236,8 +267,10 @@ def _input_frame(frames: Film | RecordingFrames, picture: Picture, index: int) -
     depth_m = None
     if frames.has_depth:
         rng = noise_rng(frames.noise_seed, index)
-        depth_m = add_noise(depth_from_mm(picture.depth_mm), preset(frames.noise_preset), rng)
-    return Frame(int(frames.timestamps_ns[index]), picture.rgb, depth_m)
+        depth_m = add_noise(depth_from_mm(picture.depth_mm), preset(frames.noise_preset), rng, picture.rgb)
+    exposure = 1.0 if frames.light is None else float(frames.light.exposure[index])
+    rgb = photographed(picture.rgb, image_preset(frames.image_noise), exposure, frames.noise_seed, index)
+    return Frame(int(frames.timestamps_ns[index]), rgb, depth_m)
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,6 +34,16 @@ def read_uint16(path: Path) -> UInt16Array:
     return np.asarray(image, dtype=np.uint16)
 
 
+def read_uint8(path: Path) -> UInt8Array:
+    """(h, w) uint8. Raises DataError for anything but a one-channel 8-bit image."""
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise DataError(f"{path} is missing or no readable image")
+    if image.dtype != np.uint8 or image.ndim != 2:
+        raise DataError(f"{path} is {image.dtype} with shape {image.shape}; expected one 8-bit channel")
+    return np.asarray(image, dtype=np.uint8)
+
+
 def write_png(path: Path, image: AnyArray) -> None:
     """Write (h, w, 3) uint8 rgb or (h, w) uint8 or uint16 losslessly."""
     if not cv2.imwrite(str(path), _bgr(image)):

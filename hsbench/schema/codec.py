@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow as pa
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import Camera, EquirectangularCamera, PinholeCamera, TopDownCamera
+from hsbench.geometry.cameras import BrownCamera, Camera, EquirectangularCamera, PinholeCamera, TopDownCamera
 from hsbench.geometry.convex import ConvexSolid
 from hsbench.geometry.grids import VoxelGrid, pack_bits, unpack_bits
 from hsbench.schema.episode import ActivityMaps
@@ -39,6 +39,7 @@ _CAMERAS: dict[str, type[Camera]] = {
     "pinhole": PinholeCamera,
     "equirectangular": EquirectangularCamera,
     "topdown": TopDownCamera,
+    "brown": BrownCamera,
 }
 
 _MOVE_COLUMNS = ("x_m", "y_m", "yaw_rad")
@@ -281,13 +282,14 @@ def grid_from_json(value: Mapping[str, Any]) -> VoxelGrid:
 
 def occupancy_to_arrays(occupancy: OccupancyTruth) -> Arrays:
     """Occupancy truth as arrays; bits are packed along z in little bit order, the grid is stored apart."""
-    return {
+    arrays: Arrays = {
         "semantic": occupancy.semantic,
         "instance": occupancy.instance,
         "state": occupancy.state,
         "ignored_bits": pack_bits(occupancy.ignored),
         "swept_s": occupancy.swept_s,
     }
+    return arrays if occupancy.seen_s is None else {**arrays, "seen_s": occupancy.seen_s}
 
 
 def occupancy_from_arrays(arrays: Mapping[str, AnyArray], grid: VoxelGrid) -> OccupancyTruth:
@@ -299,6 +301,7 @@ def occupancy_from_arrays(arrays: Mapping[str, AnyArray], grid: VoxelGrid) -> Oc
         arrays["state"],
         unpack_bits(arrays["ignored_bits"], grid.shape[2]),
         arrays["swept_s"],
+        arrays.get("seen_s"),
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from hsbench.errors import SchemaError
 from hsbench.schema.events import EventTable
 from hsbench.schema.motions import ObjectMotions, check_things
-from hsbench.schema.occupancy import AffordanceTruth, ObjectTruth, OccupancyTruth
+from hsbench.schema.occupancy import AffordanceTruth, ObjectTruth, OccupancyTruth, check_view
 from hsbench.schema.poses import PoseTable, TruePoseTable, require
 from hsbench.schema.scene import Scene
 from hsbench.schema.sensor import Sensor
@@ -134,7 +134,10 @@ class ActivityMaps:
 class EpisodeTruth:
     """Everything a method must not see; each part None where a data set does not know it.
 
-    motions: how things of the scene move after t0. Raises SchemaError where it names what the scene does not have.
+    sensor: with what the inputs do not tell of it, such as the height of a 360 camera; None where they tell all.
+    motions: how things of the scene move after t0. view_affordance: (h, w) uint8, bits of ``Affordance`` of what each
+    pixel shows at t0 without people, and VIEW_UNSCORED. Raises SchemaError where motions name what the scene does not
+    have.
     """
 
     scene: Scene | None = None
@@ -145,8 +148,12 @@ class EpisodeTruth:
     affordance: AffordanceTruth | None = None
     motions: ObjectMotions | None = None
     frames: FramesTruth | None = None
+    view_affordance: UInt8Array | None = None
+    sensor: Sensor | None = None
 
     def __post_init__(self) -> None:
+        if self.view_affordance is not None:
+            check_view(self.view_affordance)
         if self.motions is not None and len(self.motions):
             if self.scene is None:
                 raise SchemaError("truth has motions of things but no scene; expected the scene that holds them")
@@ -199,6 +206,11 @@ class Episode:
                 raise SchemaError(
                     f"episode {self.episode_id}: {len(self.truth.poses.match)} matches for {observed} observed poses"
                 )
+
+    @property
+    def placed_sensor(self) -> Sensor:
+        """The sensor with its height: as truth has it where the inputs do not tell it and truth is at hand."""
+        return self.sensor if self.truth is None or self.truth.sensor is None else self.truth.sensor
 
     @property
     def duration_s(self) -> float:

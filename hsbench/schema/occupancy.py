@@ -23,6 +23,8 @@ class OccupancyTruth:
     state: uint8 of ``VoxelState`` in the noise-free, person-free frame at t0.
     ignored: bool, truth differs from t0 for more than half of the episode.
     swept_s: float32 seconds after t0 at which a body first entered the voxel, +inf = never.
+    seen_s: float32 seconds after t0 at which the sensor first saw the voxel, free or surface: 0, or later when a thing
+    that hid it moved away, +inf = never; None where that is not known.
     """
 
     grid: VoxelGrid
@@ -31,6 +33,7 @@ class OccupancyTruth:
     state: UInt8Array
     ignored: BoolArray
     swept_s: Float32Array
+    seen_s: Float32Array | None = None
 
     def __post_init__(self) -> None:
         shape = self.grid.shape
@@ -46,8 +49,11 @@ class OccupancyTruth:
             raise SchemaError(f"occupancy.state holds {self.state.max()}; expected 0..{max(VoxelState)}")
         if ((self.semantic > 0) != (self.instance > 0)).any():
             raise SchemaError("occupancy.semantic and occupancy.instance disagree on which voxels are solid")
-        if np.isnan(self.swept_s).any() or (self.swept_s < 0).any():
-            raise SchemaError("occupancy.swept_s holds NaN or negative seconds; expected >= 0 or +inf")
+        if self.seen_s is not None:
+            require(self.seen_s, "occupancy.seen_s", shape, np.float32)
+        for name, seconds in (("swept_s", self.swept_s), ("seen_s", self.seen_s)):
+            if seconds is not None and not (seconds >= 0).all():
+                raise SchemaError(f"occupancy.{name} holds NaN or negative seconds; expected >= 0 or +inf")
 
     @property
     def solid(self) -> BoolArray:
@@ -156,6 +162,15 @@ class AffordanceTruth:
         _check_bits(self.labels, "affordance.labels")
         if not self.cell_m > 0:
             raise SchemaError(f"affordance.cell_m is {self.cell_m}; expected metres > 0")
+
+
+VIEW_UNSCORED = 1 << 7
+"""Bit of a pixel of a view that no score counts, beside the bits of ``Affordance``."""
+
+
+def check_view(labels: UInt8Array) -> None:
+    """Raise SchemaError unless labels are those of a view: (h, w) uint8, bits of ``Affordance`` and VIEW_UNSCORED."""
+    require(labels, "view_affordance", (None, None), np.uint8)
 
 
 def _check_bits(labels: UInt8Array, name: str) -> None:

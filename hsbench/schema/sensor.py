@@ -1,7 +1,7 @@
 """The sensor of an episode: what kind, its camera, and where the camera stands in the episode frame.
 
 Episode frame: origin on the floor below the camera, z up, x along the camera's heading, y left. So height
-and tilt say everything; the heading with respect to the walls is nowhere.
+and tilt say everything; the heading with respect to the walls is nowhere. A view from above is of that frame itself.
 """
 
 from __future__ import annotations
@@ -11,14 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import Camera, EquirectangularCamera, PinholeCamera, TopDownCamera, world_T_camera
+from hsbench.geometry.cameras import (
+    BrownCamera,
+    Camera,
+    EquirectangularCamera,
+    PinholeCamera,
+    TopDownCamera,
+    world_T_camera,
+)
 from hsbench.typing import FloatArray
 
-CAMERA_OF_KIND: dict[str, type] = {
-    "rgbd": PinholeCamera,
-    "monocular": PinholeCamera,
-    "equirectangular": EquirectangularCamera,
-    "topdown": TopDownCamera,
+CAMERAS_OF_KIND: dict[str, tuple[type, ...]] = {
+    "rgbd": (PinholeCamera, BrownCamera),
+    "monocular": (PinholeCamera, BrownCamera),
+    "equirectangular": (EquirectangularCamera,),
+    "topdown": (TopDownCamera,),
 }
 
 
@@ -41,12 +48,13 @@ class Sensor:
     roll_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        expected = CAMERA_OF_KIND.get(self.kind)
-        if expected is None:
-            raise SchemaError(f"sensor.kind is {self.kind!r}; expected one of {', '.join(CAMERA_OF_KIND)}")
-        if not isinstance(self.camera, expected):
+        fitting = CAMERAS_OF_KIND.get(self.kind)
+        if fitting is None:
+            raise SchemaError(f"sensor.kind is {self.kind!r}; expected one of {', '.join(CAMERAS_OF_KIND)}")
+        if not isinstance(self.camera, fitting):
+            expected = " or ".join(kind.__name__ for kind in fitting)
             raise SchemaError(
-                f"sensor.camera is a {type(self.camera).__name__}; expected {expected.__name__} for kind {self.kind!r}"
+                f"sensor.camera is a {type(self.camera).__name__}; expected {expected} for kind {self.kind!r}"
             )
         if self.height_m is not None and not (np.isfinite(self.height_m) and 0.0 < self.height_m < 100.0):
             raise SchemaError(f"sensor.height_m is {self.height_m}; expected 0..100 m (is it in millimetres?)")
@@ -57,7 +65,12 @@ class Sensor:
 
     @property
     def world_T_camera(self) -> FloatArray:
-        """(4, 4) camera to episode frame. Raises SchemaError where the camera height is not given."""
+        """(4, 4) camera to episode frame; from above they are the same.
+
+        Raises SchemaError where the camera height is needed and not given.
+        """
+        if isinstance(self.camera, TopDownCamera):
+            return np.eye(4)
         if self.height_m is None:
             raise SchemaError("sensor.height_m is not given, so metric episode coordinates of the camera are unknown")
         return world_T_camera(self.height_m, self.tilt_rad, self.roll_rad)

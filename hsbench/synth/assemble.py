@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import CentralCamera, EquirectangularCamera
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.numerics import quantise_angle, quantise_m
 from hsbench.geometry.transforms import apply, invert, planar
@@ -32,13 +32,14 @@ from hsbench.truth.moving import ignored
 from hsbench.truth.objects import object_truth
 from hsbench.truth.occupancy import solid_occupancy
 from hsbench.truth.sight import ray_image, true_states
+from hsbench.truth.unveiled import first_seen
 from hsbench.typing import Float32Array, FloatArray, IntArray, UInt8Array
 
 # Task affordance-topdown.
 SCORED_LABELS = np.uint8(1 << Affordance.WALKABLE | 1 << Affordance.SITTABLE | 1 << Affordance.INTERACTABLE)
 
 
-def rgbd_episode(
+def filmed_episode(
     unit: Unit,
     dataset: str,
     scene: Scene,
@@ -48,8 +49,9 @@ def rgbd_episode(
     settings: RgbdSettings,
     variant: str = "",
 ) -> Episode:
-    """The episode of an RGB-D camera in a scene (given in its own frame) where a life goes on.
+    """The episode of a static sensor in a scene (given in its own frame) where a life goes on.
 
+    The height of a 360 camera is told by truth alone.
     variant: ends the episode's id, where a unit has several. All noise follows from ``unit.seeds``, whatever the id.
     """
     config = settings.recording
@@ -62,16 +64,18 @@ def rgbd_episode(
     occluders = Occluders.of(scene, life.motions)
     observed, match = observe(true, life.bodies, occluders, sensor, settings.detector, seeds.child("observe"), looks)
 
-    assert isinstance(sensor.camera, PinholeCamera)
+    assert isinstance(sensor.camera, CentralCamera)
     image = ray_image(scene, sensor.camera, sensor.world_T_camera)
     semantic, instance = solid_occupancy(scene, config.grid)
+    states = true_states(scene, config.grid, sensor.camera, sensor.world_T_camera, image)
     occupancy = OccupancyTruth(
         config.grid,
         semantic,
         instance,
-        true_states(scene, config.grid, sensor.camera, sensor.world_T_camera, image),
+        states,
         ignored(semantic, lambda moved: solid_occupancy(moved, config.grid)[0], scene, life.motions, 0, end_ns),
         _swept(life, true, config.grid),
+        first_seen(scene, config.grid, sensor.camera, sensor.world_T_camera, states, life.motions, 0, end_ns),
     )
     truth = EpisodeTruth(
         scene=scene,
@@ -79,14 +83,14 @@ def rgbd_episode(
         events=life.events,
         occupancy=occupancy,
         objects=object_truth(scene, image, occupancy, life.events),
-        affordance=_affordance(scene, config.grid, life.motions, end_ns),
+        affordance=affordance_of(scene, config.grid, life.motions, end_ns),
         motions=life.motions,
     )
     episode_id = f"{dataset}-{unit.number:06d}{variant}"
     frames = FrameList()
     if unit.renderer is not None:
         noise_seed = int(seeds.rng("depth-noise").integers(2**62))
-        stamps = _frame_times(end_ns if unit.frames == "all" else 1, config.frame_rate_hz)
+        stamps = unit.filmed(frame_times(end_ns, config.frame_rate_hz))
         filming = Filming(
             scene,
             life.bodies,
@@ -95,8 +99,11 @@ def rgbd_episode(
             unit.renderer,
             room_lighting(scene, sensor.world_T_camera[:2, 3]),
             life.motions,
+            life.held,
         )
-        frames = _film(filming, stamps, noise_seed, config.depth_noise)  # type: ignore[assignment]
+        frames = film(filming, stamps, noise_seed, config.depth_noise)  # type: ignore[assignment]
+    if isinstance(sensor.camera, EquirectangularCamera):
+        sensor, truth = replace(sensor, height_m=None), replace(truth, sensor=sensor)
     return Episode(episode_id, dataset, sensor, frames, observed, 0, end_ns, truth=truth)
 
 
@@ -125,8 +132,11 @@ def poses_in(episode_T_scene: FloatArray, poses: PoseTable) -> PoseTable:
     return PoseTable(poses.skeleton, poses.timestamp_ns, poses.track_id, poses.joint_state, joints)
 
 
-def _affordance(scene: Scene, grid: VoxelGrid, motions: ObjectMotions, end_ns: int) -> AffordanceTruth:
-    """Affordance at t0; cells are ignored where what is scored of them differs for more than half of the time."""
+def affordance_of(scene: Scene, grid: VoxelGrid | None, motions: ObjectMotions, end_ns: int) -> AffordanceTruth:
+    """Affordance at t0, in a grid where one is given.
+
+    Cells are ignored where what is scored of them differs for more than half of the time.
+    """
 
     def scored(at: Scene) -> UInt8Array:
         return np.asarray(affordance_truth(at).labels & SCORED_LABELS)
@@ -146,13 +156,14 @@ def _swept(life: Life, poses: PoseTable, grid: VoxelGrid) -> Float32Array:
     return swept
 
 
-def _frame_times(end_ns: int, rate_hz: float) -> IntArray:
-    """(n,) int64: t0 and then every 1 / rate, before the end."""
+def frame_times(end_ns: int, rate_hz: float) -> IntArray:
+    """(n,) int64: t0 and then every 1 / rate seconds, before the end."""
     period_ns = round(NS_PER_S / rate_hz)
     return np.arange(0, end_ns, period_ns, dtype=np.int64)
 
 
-def _film(filming: Filming, stamps: IntArray, noise_seed: int, noise_preset: str) -> Film:
+def film(filming: Filming, stamps: IntArray, noise_seed: int, noise_preset: str) -> Film:
+    """The pictures of a static sensor at (n,) times, rendered when asked for."""
     background = filming.background()
     return Film(
         background,
@@ -160,4 +171,5 @@ def _film(filming: Filming, stamps: IntArray, noise_seed: int, noise_preset: str
         lambda index: filming.patch(background, int(stamps[index])),
         noise_seed,
         noise_preset,
+        has_depth=filming.sensor.kind == "rgbd",
     )

@@ -1,4 +1,4 @@
-"""Filming with a static camera: the background is rendered once, people alone in tight crops, joined by depth.
+"""Filming with a static camera: the background is rendered once, people are drawn before it frame by frame.
 
 Where people stand or sit the background darkens a little: those pixels of a patch keep the background's depth and id.
 While a thing is not where it was at t0, people stand before the picture of the moved room (``moved_room``).
@@ -7,31 +7,33 @@ While a thing is not where it was at t0, people stand before the picture of the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from dataclasses import dataclass, field
+from functools import cache, cached_property, reduce
 
+import numba
 import numpy as np
 
-from hsbench.geometry.cameras import PinholeCamera
-from hsbench.geometry.transforms import apply
+from hsbench.geometry.cameras import TopDownCamera
 from hsbench.io.frame_store import Patch, Picture
-from hsbench.io.images import depth_from_mm, depth_to_mm
+from hsbench.io.images import MM_PER_M, depth_from_mm, depth_to_mm
 from hsbench.schema.motions import ObjectMotions
 from hsbench.schema.poses import PoseTable
 from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
 from hsbench.schema.sensor import Sensor
-from hsbench.synth.crops import corners_of, cut, differs, joined, window_of, within
+from hsbench.synth.crops import corners_of, crop, cut, differs, joined, window_of, within
 from hsbench.synth.moved_room import MovedRoom
-from hsbench.synth.people import Body, body_mesh, capsules
-from hsbench.synth.render import Lighting, Mesh, Renderer, View, Window
-from hsbench.synth.render.contact import REACH_M, light_left
-from hsbench.synth.render.shading import GAMMA
+from hsbench.synth.people import HELD, Body, body_mesh, capsules
+from hsbench.synth.render import Lighting, Mesh, Renderer, Window
+from hsbench.synth.render.contact import REACH_M, light_left, shade
+from hsbench.synth.render.image_boxes import ray_table
+from hsbench.synth.render.raster import Layer, amodal_masks, layer
 from hsbench.synth.render.sources import person_lighting, sources_of
-from hsbench.synth.render.tone import encode_srgb, toned
+from hsbench.synth.render.tone import decode_srgb, encode_srgb, toned
 from hsbench.synth.scene_meshes import facing
-from hsbench.typing import FloatArray, UInt8Array
+from hsbench.typing import BoolArray, Float32Array, FloatArray, UInt8Array, UInt16Array
 
-DIMMED = 0.4  # people are drawn at this share of their exposed light, so that bright ones are not clipped before toning
+DISPLAY_STEPS = 2**14  # of display light: a byte has at least five
+LIGHT_STEPS, BRIGHTEST = 2**16, 8.0  # of light: a byte has at least four; what is brighter looks the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,7 @@ class Filming:
     """A static sensor in a scene with people; all in the episode frame.
 
     poses: true 3D poses, track_id k belongs to ``bodies[k - 1]``. lights: for people (``room_lighting``).
-    motions: of things in the scene.
+    motions: of things in the scene. held: (N,) what is in the hands at each pose, places in ``HELD``; None: nothing.
     """
 
     scene: Scene
@@ -49,90 +51,93 @@ class Filming:
     renderer: Renderer
     lights: Lighting
     motions: ObjectMotions = field(default_factory=ObjectMotions.none)
-    _meshes: dict[int, Mesh] = field(default_factory=dict, repr=False)  # a body's mesh, moved from frame to frame
+    held: UInt8Array | None = None
 
     def background(self) -> Picture:
         """The room at t0 without people."""
         # Embree is an extra: a generator without pictures runs without.
         from hsbench.synth.render.background import background_rgb
 
-        camera, pose = self._camera, self.sensor.world_T_camera
-        view = self.renderer.render(self._room.meshes, camera, pose, self.lights)
-        return _picture(view, background_rgb(self._shown, view.ids, self.renderer, camera, pose))
+        camera, pose = self.sensor.camera, self.sensor.world_T_camera
+        view = self.renderer.render(self.room.meshes, camera, pose, self.lights)
+        rgb = background_rgb(self.shown, view.ids, self.renderer, camera, pose)
+        return Picture(rgb, depth_to_mm(view.depth_m), view.ids)
 
     def patch(self, background: Picture, timestamp_ns: int) -> Patch:
         """What people and moved things change of the background at one time; an empty mask when none is in view."""
-        assert self.poses.joints_m is not None
-        meshes, bodies = [], []
-        for row in np.flatnonzero(self.poses.timestamp_ns == timestamp_ns):
-            person, joints = int(self.poses.track_id[row]), self.poses.joints_m[row].astype(np.float64)
-            body = self.bodies[person - 1]
-            vertices, triangles, colours = body_mesh(body, joints)
-            if person not in self._meshes:
-                self._meshes[person] = Mesh(PERSON_ID_OFFSET + person, vertices, triangles, colours, smooth=True)
-            meshes.append(self._meshes[person].moved(vertices))
-            bodies.append((body, joints))
-        room, changed = self._room.picture(background, timestamp_ns)
-        near = self._window(meshes)
-        window = joined(near, changed)
+        return self.peopled(background, *self.room.picture(background, timestamp_ns), timestamp_ns, self.lights)
+
+    def peopled(
+        self, background: Picture, room: Picture, changed: Window | None, timestamp_ns: int, lights: Lighting
+    ) -> Patch:
+        """As ``patch``, before a picture of the room that differs from the background in the window ``changed`` alone.
+
+        lights: for people.
+        """
+        people = self._people(timestamp_ns)
+        window = reduce(joined, (window for _, _, window in people), changed)
         if window is None:
             empty = Picture(np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.uint16), np.zeros((0, 0), np.uint16))
             return Patch(timestamp_ns, 0, 0, np.zeros((0, 0), bool), empty)
         behind = cut(room, window)
         picture = Picture(behind.rgb.copy(), behind.depth_mm.copy(), behind.instance.copy())
-        if near is not None:
-            view = self.renderer.render(meshes, self._camera, self.sensor.world_T_camera, self.lights, window=near)
-            part = cut(picture, within(near, window))
-            part.rgb[:] = self._shaded(part, near, bodies)
-            _stand_before(part, _picture(view, displayed()[view.rgb]))
+        camera, pose = self.sensor.camera, self.sensor.world_T_camera
+        shaded_m = depth_from_mm(picture.depth_mm)
+        behind_m = shaded_m.copy()
+        layers = []
+        for mesh, _, near in people:
+            drawn = layer(mesh, camera, pose, lights, behind_m[crop(within(near, window))], near)
+            if drawn is not None:
+                at = crop(within(drawn.window, window))
+                np.copyto(behind_m[at], drawn.depth_m, where=drawn.ids > 0)
+                shaded_m[at][drawn.coverage == 1.0] = 0.0  # no shade is seen there
+                layers.append(drawn)
+        rays, from_above = ray_table(camera), isinstance(camera, TopDownCamera)
+        for _, (ends, radii), near in people:
+            at = crop(within(near, window))
+            shade(picture.rgb[at], light_left(shaded_m[at], rays[crop(near)], pose, from_above, ends, radii))
+        for drawn in layers:
+            stand_before(cut(picture, within(drawn.window, window)), drawn)
         mask = differs(picture, cut(background, window)) | (picture.instance > PERSON_ID_OFFSET)
         return Patch(timestamp_ns, window.v0, window.u0, mask, picture)
 
-    @cached_property
-    def _room(self) -> MovedRoom:
-        return MovedRoom(self._shown, self.motions, self.sensor, self.renderer)
+    def amodal(self, timestamp_ns: int) -> dict[int, BoolArray]:
+        """Instance id -> (height, width) pixels that a person in view would cover if nothing else were there."""
+        meshes = [mesh for mesh, _, _ in self._people(timestamp_ns)]
+        masks = amodal_masks(meshes, self.sensor.camera, self.sensor.world_T_camera)
+        return {mesh.mesh_id: mask for mesh, mask in zip(meshes, masks, strict=True)}
+
+    def _people(self, timestamp_ns: int) -> list[tuple[Mesh, tuple[FloatArray, FloatArray], Window]]:
+        """Mesh and capsules of all in view, and the pixels that each can cover or shade."""
+        assert self.poses.joints_m is not None
+        found = []
+        for row in np.flatnonzero(self.poses.timestamp_ns == timestamp_ns):
+            track_id, joints = int(self.poses.track_id[row]), self.poses.joints_m[row].astype(np.float64)
+            body = self.bodies[track_id - 1]
+            held = HELD[0 if self.held is None else int(self.held[row])]
+            vertices, triangles, colours = body_mesh(body, joints, held=held)
+            window = window_of(self.sensor, [(vertices, _shaded_box(vertices))])
+            if window is not None:
+                mesh = Mesh(PERSON_ID_OFFSET + track_id, vertices, triangles, colours, smooth=True)
+                ends, radii = capsules(body, joints[None])
+                found.append((mesh, (ends[0], radii), window))
+        return found
 
     @cached_property
-    def _shown(self) -> Scene:
+    def room(self) -> MovedRoom:
+        """The room without people."""
+        return MovedRoom(self.shown, self.motions, self.sensor, self.renderer)
+
+    @cached_property
+    def shown(self) -> Scene:
+        """The scene with what turns to the camera turned to it."""
         return facing(self.scene, self.sensor.world_T_camera[:3, 3])
 
-    @property
-    def _camera(self) -> PinholeCamera:
-        assert isinstance(self.sensor.camera, PinholeCamera)
-        return self.sensor.camera
 
-    def _shaded(self, behind: Picture, window: Window, bodies: Sequence[tuple[Body, FloatArray]]) -> UInt8Array:
-        """(h, w, 3) sRGB of the background in a window, darker close under people."""
-        camera = self._camera
-        part = replace(
-            camera,
-            width_px=window.width,
-            height_px=window.height,
-            cx_px=camera.cx_px - window.u0,
-            cy_px=camera.cy_px - window.v0,
-        )
-        points = apply(self.sensor.world_T_camera, part.unproject(depth_from_mm(behind.depth_mm)))
-        left = np.ones(behind.depth_mm.shape)
-        for body, joints in bodies:
-            ends, radii = capsules(body, joints[None])
-            left *= light_left(points, ends[0], radii)
-        rgb = behind.rgb.copy()
-        close = left < 1.0
-        # The display curve is close to a power, so bytes scale with a root of the light.
-        rgb[close] = np.rint(rgb[close] * (left[close] ** (1 / GAMMA))[:, None])
-        return rgb
-
-    def _window(self, meshes: Sequence[Mesh]) -> Window | None:
-        """The pixels that people can cover or shade, or None where they are out of view."""
-        return window_of(self.sensor, [(mesh.vertices, _shaded_box(mesh.vertices)) for mesh in meshes])
-
-
-def _stand_before(picture: Picture, people: Picture) -> None:
-    """Draw people over what lies farther away, in place."""
-    shown = (people.instance > 0) & ((people.depth_mm < picture.depth_mm) | (picture.depth_mm == 0))
-    picture.rgb[shown] = people.rgb[shown]
-    picture.depth_mm[shown] = people.depth_mm[shown]
-    picture.instance[shown] = people.instance[shown]
+def room_lighting(scene: Scene, camera_xy: FloatArray) -> Lighting:
+    """Light for people in a scene, for a camera at a point (2,): exposed as the background's."""
+    sources = sources_of(scene)
+    return person_lighting(sources, camera_xy, sources.exposure(camera_xy))
 
 
 def _shaded_box(vertices: FloatArray) -> FloatArray:
@@ -140,22 +145,34 @@ def _shaded_box(vertices: FloatArray) -> FloatArray:
     return corners_of(vertices.min(axis=0) - REACH_M, vertices.max(axis=0) + (REACH_M, REACH_M, 0.0))
 
 
-def room_lighting(scene: Scene, camera_xy: FloatArray) -> Lighting:
-    """Light for people in a scene, for a camera at a point (2,): as the background's, DIMMED."""
-    lights = person_lighting(sources_of(scene), camera_xy)
-    return Lighting(
-        lights.ambient * DIMMED,
-        tuple(replace(lamp, intensity=lamp.intensity * DIMMED) for lamp in lights.points),
-        tuple(replace(sun, intensity=sun.intensity * DIMMED) for sun in lights.directionals),
-    )
+def stand_before(picture: Picture, people: Layer) -> None:
+    """Draw people over a picture, in place; where they cover a pixel in part, mixed as light of the display."""
+    _stand_before(
+        picture.rgb, picture.depth_mm, picture.instance, people.light, people.coverage, people.depth_m, people.ids,
+        *_display_tables(),
+    )  # fmt: skip
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _stand_before(
+    rgb: UInt8Array, depth_mm: UInt16Array, instance: UInt16Array, light: FloatArray, coverage: FloatArray,
+    depth_m: Float32Array, ids: UInt16Array, toned_light: FloatArray, decoded: FloatArray, encoded: UInt8Array,
+) -> None:  # fmt: skip
+    for i in range(rgb.shape[0]):
+        for j in range(rgb.shape[1]):
+            if ids[i, j] > 0:
+                depth_mm[i, j], instance[i, j] = np.rint(depth_m[i, j] * MM_PER_M), ids[i, j]
+            if coverage[i, j] > 0.0:
+                for c in range(3):
+                    step = int(light[i, j, c] * (LIGHT_STEPS / BRIGHTEST))
+                    before = toned_light[min(step, LIGHT_STEPS)]
+                    mixed = before + (1.0 - coverage[i, j]) * (decoded[rgb[i, j, c]] - before)
+                    rgb[i, j, c] = encoded[int(mixed * DISPLAY_STEPS)]
 
 
 @cache
-def displayed() -> UInt8Array:
-    """(256,) what each byte that a renderer gives people is on the display: toned as the background is."""
-    exposed = (np.arange(256) / 255.0) ** GAMMA / DIMMED
-    return encode_srgb(np.array([toned(light) for light in exposed]))
-
-
-def _picture(view: View, rgb: UInt8Array) -> Picture:
-    return Picture(rgb, depth_to_mm(view.depth_m), view.ids)
+def _display_tables() -> tuple[FloatArray, FloatArray, UInt8Array]:
+    """Display light of steps of light up to BRIGHTEST and of each byte, and the byte of each step of display light."""
+    middles = (np.arange(LIGHT_STEPS + 1) + 0.5) * (BRIGHTEST / LIGHT_STEPS)
+    display = (np.arange(DISPLAY_STEPS + 1) + 0.5) / DISPLAY_STEPS
+    return np.array([toned(light) for light in middles]), decode_srgb(np.arange(256)), encode_srgb(display)

@@ -7,26 +7,26 @@ units under way; running the same command again makes what is missing.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from hsbench import __version__
 from hsbench.errors import DataError, HsbenchError
-from hsbench.io.atomic import write_json
+from hsbench.io.atomic import PART, sync_all, write_json
 from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, is_indexed, write_index
 from hsbench.io.episodes import write_episode
 from hsbench.io.locks import sole_writer
 from hsbench.io.strict_json import read_json
 from hsbench.schema import SCHEMA_VERSION, Episode
 from hsbench.schema.categories import CATEGORIES
-from hsbench.synth.recipes import Recipe, Unit, find_recipe
+from hsbench.synth.recipes import Recipe, Unit, find_recipe, frame_step
 from hsbench.synth.render import Renderer, RendererName, open_renderer, resolve
 from hsbench.synth.seeds import Seeds
 from hsbench.synth.workers import worker_pool
@@ -38,7 +38,8 @@ LICENCE = "CC-BY-4.0"
 class Job:
     """What a run makes: a recipe by name or path, the seed, the units (scene number, split), and how.
 
-    frames: ``all``, ``reference`` or ``none``. renderer: ``auto``, ``pyrender`` or ``raycast``.
+    frames: which pictures, see ``frame_step``. renderer: ``auto``, ``pyrender`` or ``raycast``.
+    Raises SchemaError for another choice of frames.
     """
 
     recipe: str
@@ -48,10 +49,14 @@ class Job:
     renderer: RendererName = "auto"
     splits_version: str = "v0"
 
+    def __post_init__(self) -> None:
+        frame_step(self.frames)
+
 
 def generate(job: Job, out: Path, workers: int = 1) -> Iterator[str]:
     """Make the missing units of a job under ``out``, yielding each episode id when it is there, then write the index.
 
+    A unit that fails costs itself: the others are made, then its failure is raised. It names recipe, seed and scene.
     Raises DataError if ``out`` holds another data set: another recipe, seed, or choice of frames.
     """
     recipe = find_recipe(job.recipe)
@@ -60,13 +65,24 @@ def generate(job: Job, out: Path, workers: int = 1) -> Iterator[str]:
     if units:  # before anything is written: where nothing can draw, nothing is left behind
         job = replace(job, renderer=_choose_renderer(job, out))
     _open_dataset(out, job, recipe)
+    failures: list[Exception] = []
     if units:
         with sole_writer(out):
             _remove_leftovers(out)
-            yield from _in_parallel(job, units, out, workers) if workers > 1 else _in_turn(job, units, out)
-            write_index(out)
+            for made in _in_parallel(job, units, out, workers) if workers > 1 else _in_turn(job, units, out):
+                if isinstance(made, Exception):
+                    failures.append(made)
+                else:
+                    yield from made
+            if len(failures) < len(units):
+                write_index(out)
     elif not is_indexed(out):
         write_index(out)
+    if len(failures) > 1:
+        first = failures[0]
+        raise type(first)(f"{first} (and {len(failures) - 1} units more failed; the others are made)") from first
+    if failures:
+        raise failures[0]
 
 
 def _choose_renderer(job: Job, out: Path) -> RendererName:
@@ -77,26 +93,58 @@ def _choose_renderer(job: Job, out: Path) -> RendererName:
     return resolve(begun if job.renderer == "auto" and begun in ("pyrender", "raycast") else job.renderer)
 
 
-def _in_turn(job: Job, units: Sequence[tuple[int, str]], out: Path) -> Iterator[str]:
+def _in_turn(job: Job, units: Sequence[tuple[int, str]], out: Path) -> Iterator[list[str] | Exception]:
+    """The episode ids of each unit, or why there are none."""
     for unit in units:
-        yield from make_unit(job, unit, out)
+        yield _outcome(partial(make_unit, job, unit, out))
 
 
-def _in_parallel(job: Job, units: Sequence[tuple[int, str]], out: Path, workers: int) -> Iterator[str]:
+def _in_parallel(
+    job: Job, units: Sequence[tuple[int, str]], out: Path, workers: int
+) -> Iterator[list[str] | Exception]:
+    """As ``_in_turn``, in any order. A process that dies takes down all that run beside it: these are made again, each
+    in a process of its own, to see whose fault it was.
+    """
+    waiting = list(units)[::-1]
     try:
-        with worker_pool(workers) as pool:
-            futures = [pool.submit(make_unit, job, unit, out) for unit in units]
-            for future in as_completed(futures):
-                yield from future.result()
-    except BrokenProcessPool as error:
-        raise DataError(f"a worker died (out of memory?); {out} is whole: run the same command again") from error
+        while waiting:
+            running: dict[Future[list[str]], tuple[int, str]] = {}
+            with worker_pool(workers) as pool:
+                while waiting or running:
+                    while waiting and len(running) < workers:
+                        unit = waiting.pop()
+                        running[pool.submit(make_unit, job, unit, out)] = unit
+                    done, _ = wait(running, return_when=FIRST_COMPLETED)
+                    outcomes = {future: _outcome(future.result) for future in done}
+                    if any(isinstance(made, BrokenProcessPool) for made in outcomes.values()):
+                        break
+                    for future, made in outcomes.items():
+                        del running[future]
+                        yield made
+            for unit in running.values():
+                yield _alone(job, unit, out)
     finally:
         _remove_leftovers(out)
 
 
+def _alone(job: Job, unit: tuple[int, str], out: Path) -> list[str] | Exception:
+    with worker_pool(1) as pool:
+        made = _outcome(pool.submit(make_unit, job, unit, out).result)
+    if isinstance(made, BrokenProcessPool):
+        return DataError(f"{_where(job, unit[0])}: its process died (out of memory, or a crash of the renderer)")
+    return made
+
+
+def _outcome(make: Callable[[], list[str]]) -> list[str] | Exception:
+    try:
+        return make()
+    except Exception as error:
+        return error
+
+
 def _remove_leftovers(out: Path) -> None:
     """Remove what killed runs left half made; the caller is the only writer."""
-    for folder in (out / EPISODES_FOLDER).glob(".*.part"):
+    for folder in (out / EPISODES_FOLDER).glob(f".*{PART}"):
         shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -109,7 +157,7 @@ def make_unit(job: Job, unit: tuple[int, str], out: Path) -> list[str]:
     renderer = None if job.frames == "none" else _renderer(job.renderer).name
     episodes, unit_name = out / EPISODES_FOLDER, episode_id(find_recipe(job.recipe).name, number)
     made: list[str] = []
-    with _named(job, number), TemporaryDirectory(prefix=".unit-", suffix=".part", dir=episodes) as staging:
+    with _named(job, number), TemporaryDirectory(prefix=".unit-", suffix=PART, dir=episodes) as staging:
         for episode in _built(job, unit):
             write_episode(Path(staging) / episode.episode_id, episode, f"scene-{number:06d}", split, renderer)
             made.append(episode.episode_id)
@@ -117,6 +165,7 @@ def make_unit(job: Job, unit: tuple[int, str], out: Path) -> list[str]:
             raise DataError(
                 f"its first episode is {made[:1]}; expected {unit_name!r} (further ones may be called anything)"
             )
+        sync_all()
         for name in reversed(made):
             shutil.rmtree(episodes / name, ignore_errors=True)  # left by a run that was killed between two renames
             (Path(staging) / name).rename(episodes / name)
@@ -145,10 +194,13 @@ def _named(job: Job, number: int) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        where = f"recipe {find_recipe(job.recipe).name}, seed {job.seed}, scene number {number}"
         if isinstance(error, HsbenchError):
-            raise DataError(f"{where}: {error}") from error
-        raise RuntimeError(f"{where}: {type(error).__name__}: {error}") from error
+            raise DataError(f"{_where(job, number)}: {error}") from error
+        raise RuntimeError(f"{_where(job, number)}: {type(error).__name__}: {error}") from error
+
+
+def _where(job: Job, number: int) -> str:
+    return f"recipe {find_recipe(job.recipe).name}, seed {job.seed}, scene number {number}"
 
 
 def episode_id(recipe_name: str, number: int) -> str:

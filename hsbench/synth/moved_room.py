@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
+from typing import NamedTuple
 
 import numpy as np
 
-from hsbench.geometry.cameras import PinholeCamera
 from hsbench.io.frame_store import Picture
 from hsbench.io.images import depth_to_mm
 from hsbench.schema.motions import Move, ObjectMotions, Thing, scene_at
@@ -24,13 +24,25 @@ from hsbench.synth.crops import corners_of, crop, cut, differs, hull, joined, ov
 from hsbench.synth.render import Lighting, Mesh, Renderer, Window
 from hsbench.synth.render.sources import Sources, sources_of
 from hsbench.synth.scene_meshes import scene_meshes
-from hsbench.typing import FloatArray, UInt8Array
+from hsbench.typing import FloatArray, UInt8Array, UInt16Array
 
 SHADE_REACH_M = 0.3  # light that a moved thing changes farther away stays as at t0, but for its shadow in the sun
 LEAST_CHANGE = 2  # levels of 255: smaller changes of a surface that did not move are not seen, and cost bytes
 
 Moves = Mapping[Thing, Move]
 Group = tuple[tuple[Thing, Move], ...]
+
+
+class Shape(NamedTuple):
+    """The room while things are elsewhere: outside of the window ``whole`` as at t0.
+
+    depth_mm, instance: (h, w) of the full picture. groups: things that have moved, and the window each changes.
+    """
+
+    whole: Window
+    depth_mm: UInt16Array
+    instance: UInt16Array
+    groups: list[tuple[Group, Window]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,57 +77,74 @@ class MovedRoom:
         """The scene at t0 for a renderer, a mesh an object."""
         return scene_meshes(self.scene)
 
-    def _put_together(self, background: Picture, moves: Moves) -> tuple[Picture, Window | None]:
+    def shape(self, background: Picture, moves: Moves) -> Shape | None:
+        """Ids and depth while things are elsewhere, and what is to be coloured again; None: no pixel.
+
+        background: any picture of the room at t0.
+        """
         after = scene_at(self.scene, moves)
         windows = {thing: self._window(thing, after) for thing in moves}
         whole = reduce(joined, windows.values())
         if whole is None:
-            return background, None
-        picture = Picture(background.rgb.copy(), background.depth_mm.copy(), background.instance.copy())
+            return None
         meshes = [
             mesh if old is new else mesh.moved(new.vertices)
             for mesh, old, new in zip(self.meshes, self.scene.objects, after.objects, strict=True)
         ]
-        view = self.renderer.render(meshes, self._camera, self.sensor.world_T_camera, Lighting(1.0), whole)
-        picture.depth_mm[crop(whole)], picture.instance[crop(whole)] = depth_to_mm(view.depth_m), view.ids
+        view = self.renderer.render(meshes, self.sensor.camera, self.sensor.world_T_camera, Lighting(1.0), whole)
+        depth_mm, instance = background.depth_mm.copy(), background.instance.copy()
+        depth_mm[crop(whole)], instance[crop(whole)] = depth_to_mm(view.depth_m), view.ids
         seen = set(np.unique(background.instance).tolist()) | set(np.unique(view.ids).tolist())
         in_view = {thing: (move, windows[thing]) for thing, move in moves.items() if thing[0] in seen}
+        return Shape(whole, depth_mm, instance, _groups(in_view))
+
+    def ids(self, background: Picture, shape: Shape, window: Window) -> UInt16Array:
+        """(h, w) ids of the full picture if nothing but what shows in a window had moved."""
+        ids = background.instance.copy()
+        ids[crop(window)] = shape.instance[crop(window)]
+        return ids
+
+    def _put_together(self, background: Picture, moves: Moves) -> tuple[Picture, Window | None]:
+        shape = self.shape(background, moves)
+        if shape is None:
+            return background, None
+        picture = Picture(background.rgb.copy(), shape.depth_mm, shape.instance)
         drawn: dict[Group, UInt8Array] = {}
-        for group, window in _groups(in_view):
+        for group, window in shape.groups:
             before = self._drawn.get(group)
-            drawn[group] = self._coloured(group, window, picture, background) if before is None else before
+            drawn[group] = self._coloured(group, window, shape, background) if before is None else before
             picture.rgb[crop(window)] = drawn[group]
         self._drawn.clear()
         self._drawn.update(drawn)
-        return picture, _trimmed(whole, cut(picture, whole), cut(background, whole))
+        return picture, trimmed(shape.whole, picture, background)
 
     def _window(self, thing: Thing, after: Scene) -> Window | None:
         """Pixels that a thing covers or shades at t0 and in the moved scene."""
         return window_of(self.sensor, [_shape(scene, thing, self._sources) for scene in (self.scene, after)])
 
-    def _coloured(self, group: Group, window: Window, picture: Picture, background: Picture) -> UInt8Array:
-        """(h, w, 3) sRGB of a window with a group of things moved; ``picture`` has its ids and depth already."""
+    def _coloured(self, group: Group, window: Window, shape: Shape, background: Picture) -> UInt8Array:
+        """(h, w, 3) sRGB of a window with a group of things moved."""
         # Embree is an extra: a generator without pictures runs without.
         from hsbench.synth.render.background import background_rgb
 
-        before, after = cut(background, window), cut(picture, window)
-        ids = background.instance.copy()
-        ids[crop(window)] = after.instance
-        pose = self.sensor.world_T_camera
-        rgb = background_rgb(scene_at(self.scene, dict(group)), ids, self.renderer, self._camera, pose, window)
-        anew = np.abs(rgb.astype(np.int16) - before.rgb).max(axis=-1) > LEAST_CHANGE
-        anew |= (after.depth_mm != before.depth_mm) | (after.instance != before.instance)
-        anew |= np.isin(after.instance, [object_id for (object_id, _), _ in group])
-        return np.where(anew[..., None], rgb, before.rgb)
-
-    @property
-    def _camera(self) -> PinholeCamera:
-        assert isinstance(self.sensor.camera, PinholeCamera)
-        return self.sensor.camera
+        ids, pose = self.ids(background, shape, window), self.sensor.world_T_camera
+        scene = scene_at(self.scene, dict(group))
+        rgb = background_rgb(scene, ids, self.renderer, self.sensor.camera, pose, window)
+        return repainted(rgb, group, window, shape, background)
 
     @cached_property
     def _sources(self) -> Sources:
         return sources_of(self.scene)
+
+
+def repainted(rgb: UInt8Array, group: Group, window: Window, shape: Shape, background: Picture) -> UInt8Array:
+    """(h, w, 3) sRGB of a window: that of the moved room where it is seen to differ from the background."""
+    before, at = cut(background, window), crop(window)
+    depth_mm, instance = shape.depth_mm[at], shape.instance[at]
+    anew = np.abs(rgb.astype(np.int16) - before.rgb).max(axis=-1) > LEAST_CHANGE
+    anew |= (depth_mm != before.depth_mm) | (instance != before.instance)
+    anew |= np.isin(instance, [object_id for (object_id, _), _ in group])
+    return np.where(anew[..., None], rgb, before.rgb)
 
 
 def _groups(things: Mapping[Thing, tuple[Move, Window | None]]) -> list[tuple[Group, Window]]:
@@ -158,9 +187,9 @@ def _shadow_on_floor(points: FloatArray, sources: Sources) -> FloatArray:
     return points[lit] - points[lit, 2:] / sources.sun_towards[2] * sources.sun_towards
 
 
-def _trimmed(window: Window, picture: Picture, background: Picture) -> Window | None:
-    """The smallest window that holds all pixels of ``window`` in which its two pictures differ."""
-    rows, columns = np.nonzero(differs(picture, background))
+def trimmed(window: Window, picture: Picture, background: Picture) -> Window | None:
+    """The smallest window that holds all pixels of ``window`` in which two pictures differ."""
+    rows, columns = np.nonzero(differs(cut(picture, window), cut(background, window)))
     if not len(rows):
         return None
     top, left = int(rows.min()), int(columns.min())

@@ -14,12 +14,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from hsbench.errors import DataError
+from hsbench.errors import DataError, SchemaError
 from hsbench.io.resources import resource
 from hsbench.io.scene_folder import SCENE_FILE, SCENE_FILES
 from hsbench.schema.episode import Episode
 from hsbench.synth.render import Renderer
 from hsbench.synth.seeds import Seeds
+from hsbench.typing import IntArray
 
 ENGINE_PACKAGES = ("geometry", "schema", "io", "truth", "synth")
 
@@ -29,8 +30,7 @@ class Unit:
     """One unit of generation: a scene number and everything its episodes follow from.
 
     seeds: the node of (seed, scene number), the same for every recipe, so that one room can be filmed by several
-    sensors; frames: ``all``, ``reference`` (t0 only) or ``none``: then there is
-    no renderer.
+    sensors; frames: which pictures are made, see ``frame_step``; where none are, there is no renderer.
     """
 
     seeds: Seeds
@@ -43,6 +43,22 @@ class Unit:
     def scene_id(self) -> str:
         """The scene's name in all data sets."""
         return f"scene-{self.number:06d}"
+
+    def filmed(self, timestamps_ns: IntArray) -> IntArray:
+        """Those of an episode's (n,) frame times, from t0 on, of which pictures are made."""
+        return timestamps_ns[:: frame_step(self.frames) or len(timestamps_ns)]
+
+
+def frame_step(frames: str) -> int:
+    """1 for ``all``, N for ``every:N`` (of the frames, the one at t0 among them), 0 for ``reference`` (t0 alone) and
+    ``none``. Raises SchemaError for anything else.
+    """
+    if frames in ("all", "reference", "none"):
+        return int(frames == "all")
+    kind, _, step = frames.partition(":")
+    if kind != "every" or not (step.isascii() and step.isdigit() and int(step) > 0):
+        raise SchemaError(f"frames is {frames!r}; expected all, every:N (N from 1 on), reference or none")
+    return int(step)
 
 
 @dataclass(frozen=True, eq=False)

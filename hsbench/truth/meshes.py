@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import CentralCamera
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.transforms import apply
 from hsbench.geometry.triangle_lattice import count_points
@@ -133,6 +133,6 @@ def columns_inside(
     return np.asarray(counts[:, :, 0] > 0)
 
 
-def body_depth(body: MeshBody, camera: PinholeCamera, world_T_camera: FloatArray) -> FloatArray:
-    """(h, w) float64 camera z of the body at every pixel centre if it stood alone, +inf where it is not seen."""
+def body_depth(body: MeshBody, camera: CentralCamera, world_T_camera: FloatArray) -> FloatArray:
+    """(h, w) float64 depth of the body at every pixel centre if it stood alone, +inf where it is not seen."""
     return depth_image(body.tree, camera, world_T_camera)

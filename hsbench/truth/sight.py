@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import CentralCamera
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.polygons import contains
 from hsbench.geometry.rays import RayImage, cast, pack_solids
@@ -21,7 +21,7 @@ from hsbench.truth.meshes import body_depth, has_mesh, mesh_body
 from hsbench.typing import AnyArray, BoolArray, FloatArray, UInt8Array
 
 
-def ray_image(scene: Scene, camera: PinholeCamera, world_T_camera: FloatArray) -> RayImage:
+def ray_image(scene: Scene, camera: CentralCamera, world_T_camera: FloatArray) -> RayImage:
     """Exact image of a scene; the owner of a pixel is the index of its object in ``scene.objects``."""
     convex = [() if has_mesh(item) else item.solids for item in scene.objects]
     owner = np.repeat(np.arange(len(convex)), [len(solids) for solids in convex])
@@ -42,7 +42,7 @@ def surface_margin_m(voxel_m: float) -> float:
     return math.sqrt(3.0) / 2.0 * voxel_m
 
 
-def depth_states(grid: VoxelGrid, camera: PinholeCamera, world_T_camera: FloatArray, depth_m: AnyArray) -> UInt8Array:
+def depth_states(grid: VoxelGrid, camera: CentralCamera, world_T_camera: FloatArray, depth_m: AnyArray) -> UInt8Array:
     """States of voxel centres against a depth image (h, w) in metres, 0 = none: free, surface, occluded,
     missing_depth or outside_fov.
 
@@ -74,7 +74,7 @@ def inside_room(scene: Scene, grid: VoxelGrid, camera_xy: FloatArray) -> BoolArr
 
 
 def true_states(
-    scene: Scene, grid: VoxelGrid, camera: PinholeCamera, world_T_camera: FloatArray, image: RayImage
+    scene: Scene, grid: VoxelGrid, camera: CentralCamera, world_T_camera: FloatArray, image: RayImage
 ) -> UInt8Array:
     """States at t0 from the exact ray image, with OUTSIDE_ROOM where the centre is not in the room."""
     states = depth_states(grid, camera, world_T_camera, image.depth_m)

@@ -35,6 +35,14 @@ from hsbench.viz.pictures import (
 PERSON_SHARE = 0.012
 """Share of the picture a person must cover to be shown as an example."""
 
+SENSOR_NAMES = {
+    "rgbd": "RGB-D camera",
+    "PinholeCamera": "ordinary camera",
+    "BrownCamera": "wide-angle camera with distortion",
+    "EquirectangularCamera": "360 camera",
+    "TopDownCamera": "from above, cut below the ceiling",
+}
+
 
 @dataclass(frozen=True, eq=False)
 class Shown:
@@ -47,12 +55,21 @@ class Shown:
 
 
 def demo_page(
-    shown: Sequence[Shown], reports: Sequence[Report], comparisons: Sequence[Comparison], commands: Sequence[str]
+    shown: Sequence[Shown],
+    views: Sequence[Figure],
+    reports: Sequence[Report],
+    comparisons: Sequence[Comparison],
+    commands: Sequence[str],
 ) -> str:
-    """The page as HTML."""
+    """The page as HTML. views: one moment of one room, a picture a sensor (``view_at``)."""
     body: list[str] = []
     for item in shown:
         body += _episode(item)
+    body += [
+        page.heading("One moment, five sensors"),
+        page.paragraph("Another room and two people, filmed at once by every sensor there is: ids and clock agree."),
+        page.figures(list(views)),
+    ]
     body += _scores(reports, comparisons)
     body += [
         page.heading("The same by hand"),
@@ -64,6 +81,17 @@ def demo_page(
         "the space that the camera never sees?"
     )
     return page.page("hsbench demo", lead, body)
+
+
+def view_at(episode: Episode, seconds: float) -> Figure:
+    """The last picture of an episode up to a time, under the name of its sensor."""
+    index = max(
+        int(np.searchsorted(episode.frames.timestamps_ns, episode.t0_ns + round(seconds * 1e9), "right")) - 1, 0
+    )
+    camera = episode.sensor.camera
+    kind = SENSOR_NAMES[type(camera).__name__ if episode.sensor.kind != "rgbd" else "rgbd"]
+    caption = f"{kind}, {camera.width_px} x {camera.height_px}, after {_seconds(episode, index):.0f} s"
+    return Figure(_rgb(episode, index), caption, photo=True)
 
 
 def _episode(item: Shown) -> list[str]:

@@ -23,6 +23,7 @@ from hsbench.synth.activity_maps.observe import BODY_M, CHANNELS, observe_sphere
 from hsbench.synth.activity_maps.places import Places, find_places
 from hsbench.synth.activity_maps.plan import of_task, plan_truth
 from hsbench.synth.assemble import scene_in
+from hsbench.synth.placement import most_central
 from hsbench.synth.recipes import Unit
 from hsbench.truth.affordance import AffordanceScene, afford
 from hsbench.truth.sittable import SHOULDER_SEATED_M, SHOULDER_STANDING_M
@@ -106,9 +107,7 @@ def central_cells(scene: Scene, walk: WalkMap, share: float) -> FloatArray:
     cells = cells[contains(outline, cells)]
     if not len(cells):
         return quantise_m((outline.min(axis=0) + outline.max(axis=0)) / 2)[None]
-    squares = (cells**2).sum(axis=1) - 2 * cells @ cells.mean(axis=0)  # mean squared distance to all, less a constant
-    order = np.argsort(squares.round(6), kind="stable")
-    return quantise_m(cells[order[: max(1, round(share * len(cells)))]])
+    return most_central(cells, share)
 
 
 def draw_maps(marks: FloatArray, channel: IntArray, maps: MapConfig) -> Float32Array:

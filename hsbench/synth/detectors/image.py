@@ -1,8 +1,9 @@
 """Joints in pixels as a heatmap detector answers them: on a patch rectified about the person, in cells of its heatmap.
 
 Everything is in a patch: the plane at distance 1 before the camera, across the person's direction (a sphere) or the
-optical axis (a pinhole: the image itself). So errors and cells are shares of the person's size there, the size that
-they would have if they stood upright at their distance: they do not depend on focal length, resolution or scale.
+optical axis (a pinhole: the image itself, without distortion). So errors and cells are shares of the person's size
+there, the size that they would have if they stood upright at their distance: they do not depend on focal length,
+resolution or scale.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import math
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import EquirectangularCamera, PinholeCamera
+from hsbench.geometry.cameras import CentralCamera, EquirectangularCamera
 from hsbench.schema.poses import JointState
 from hsbench.schema.sensor import Sensor
 from hsbench.schema.skeletons import Skeleton
@@ -46,7 +47,7 @@ def shares(skeleton: Skeleton) -> FloatArray:
 
 def patch_axes(sensor: Sensor, middle: FloatArray) -> FloatArray:
     """(N, 3) middles of people in the camera frame -> (N, 3, 3) patch axes in rows: right, down, ahead."""
-    if isinstance(sensor.camera, PinholeCamera):
+    if not isinstance(sensor.camera, EquirectangularCamera):
         return np.broadcast_to(np.eye(3), (len(middle), 3, 3))
     ahead = middle / np.sqrt((middle * middle).sum(axis=1, keepdims=True))
     level = np.maximum(np.hypot(ahead[:, 0], ahead[:, 2]), STRAIGHT)
@@ -70,7 +71,7 @@ def pixels(sensor: Sensor, axes: FloatArray, place: FloatArray) -> FloatArray:
     """(N, J, 2) places in the patch -> (N, J, 2) pixels, inside the image (what lies outside goes to its border)."""
     rays = np.concatenate([place, np.ones((*place.shape[:2], 1))], axis=-1) @ axes
     camera = sensor.camera
-    if not isinstance(camera, PinholeCamera | EquirectangularCamera):
+    if not isinstance(camera, CentralCamera):
         raise SchemaError(f"a {sensor.kind} sensor has no perspective; expected a detector of joints in metres")
     found = np.round(camera.project(rays)[0], PIXEL_DECIMALS)
     last = np.array([camera.width_px, camera.height_px]) - 10.0**-PIXEL_DECIMALS

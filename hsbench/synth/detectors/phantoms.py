@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import BrownCamera, PinholeCamera
 from hsbench.geometry.numerics import quantise_m
 from hsbench.geometry.transforms import cos_sin
 from hsbench.schema.sensor import Sensor
@@ -64,8 +64,8 @@ def _phantom(sensor: Sensor, rng: np.random.Generator) -> tuple[Body, FloatArray
     across, distance_m, yaw = rng.random(), float(quantise_m(rng.uniform(*DISTANCE_M))), rng.uniform(-math.pi, math.pi)
     camera = sensor.camera
     bearing = 2.0 * math.pi * across - math.pi
-    if isinstance(camera, PinholeCamera):
-        bearing = math.atan((across * camera.width_px - camera.cx_px) / camera.fx_px)
+    if isinstance(camera, PinholeCamera | BrownCamera):
+        bearing = math.atan(camera.rays_at(np.array([across * camera.width_px, camera.cy_px]))[0])
     c, s = cos_sin(bearing)
     at = quantise_m(np.array([c, -s]) * distance_m)
     return body, pose(body, standing(body, at, float(quantise_m(yaw))), 1, None)[0]

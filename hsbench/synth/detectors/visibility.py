@@ -14,7 +14,6 @@ import numba
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.capsules import point_gap, segment_hits
 from hsbench.geometry.numerics import quantise_m
 from hsbench.geometry.transforms import apply, invert
@@ -64,10 +63,7 @@ def joint_states(
     """(N, J) uint8 of ``JointState``. People hide each other where they are at the same time."""
     camera = np.ascontiguousarray(sensor.world_T_camera[:3, 3])
     pixels, depth = sensor.camera.project(apply(invert(sensor.world_T_camera), bodies.joints))
-    inside = np.isfinite(pixels).all(axis=-1)
-    if isinstance(sensor.camera, PinholeCamera):
-        inside = sensor.camera.contains(pixels)
-    shown = inside & (quantise_m(depth) >= range_m[0]) & (quantise_m(depth) <= range_m[1])
+    shown = sensor.camera.contains(pixels) & (quantise_m(depth) >= range_m[0]) & (quantise_m(depth) <= range_m[1])
     hidden = occluders.hide(camera, bodies.timestamp_ns, bodies.joints, shown)
     moments = _moments(bodies.timestamp_ns)
     hidden |= _hidden_by_bodies(

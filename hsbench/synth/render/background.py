@@ -10,17 +10,21 @@ none on. Two scenes that differ in an object without a pixel have the same backg
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
 import numpy as np
 
-from hsbench.geometry.cameras import PinholeCamera
-from hsbench.schema.scene import Scene
+from hsbench.geometry.cameras import Camera, EquirectangularCamera, TopDownCamera
+from hsbench.schema.scene import Scene, SceneObject
 from hsbench.synth.render.base import Renderer, Window
-from hsbench.synth.render.colouring import Rays, Sun, colour_pixels, points_seen
+from hsbench.synth.render.colouring import Sun, colour_pixels, points_seen
 from hsbench.synth.render.filtering import LightGrid, smoothed
 from hsbench.synth.render.illumination import INTO_ROOM_M, Illumination, Points
 from hsbench.synth.render.materials import SILVER
 from hsbench.synth.render.mirrors import reflections
-from hsbench.synth.render.sources import sources_of
+from hsbench.synth.render.rays import Rays, rays_of
+from hsbench.synth.render.sources import Sources, sources_of
 from hsbench.synth.render.surfaces import surfaces_of, triangles_seen
 from hsbench.synth.render.tone import encode_srgb
 from hsbench.typing import BoolArray, FloatArray, Int32Array, UInt8Array, UInt16Array
@@ -29,6 +33,7 @@ SUPERSAMPLE = 2  # samples across a pixel
 GRID_STEP = 4  # samples between points of light
 LIGHT_RAYS = 4  # from a point to each lamp and window
 GATHER_RAYS = 5  # from a point to other surfaces
+FINE_GATHER_RAYS = 10  # where a light is drawn alone: it may be exposed far longer than beside others
 SHARP_REACH, SOFT_REACH = 2, 4  # of the averages: half of the tiles below, for shadows and for bounced light
 # Places of neighbours in a tile of samples: Bayer's matrices, which give them far members of the sequence.
 _BAYER_2 = np.array([[0, 2], [3, 1]])
@@ -36,13 +41,25 @@ _BAYER_4 = np.block([[4 * _BAYER_2, 4 * _BAYER_2 + 2], [4 * _BAYER_2 + 3, 4 * _B
 TILES = (_BAYER_4, np.block([[4 * _BAYER_4, 4 * _BAYER_4 + 2], [4 * _BAYER_4 + 3, 4 * _BAYER_4 + 1]]))
 TILE_PX = TILES[1].shape[0] * GRID_STEP // SUPERSAMPLE  # windows begin with a tile
 BORDER_PX = 16  # no light of farther points reaches a pixel: two averages and where it is read off
+BAND_PX = 2**19  # larger pictures are made band by band, so that memory does not grow with them
+
+
+class Drawing(NamedTuple):
+    """How light becomes a picture: multiplied by ``exposure``, and where ``on_display`` toned to 0..1.
+
+    gather_rays: from a point to other surfaces.
+    """
+
+    exposure: float
+    on_display: bool
+    gather_rays: int
 
 
 def background_rgb(
     scene: Scene,
     ids: UInt16Array,
     renderer: Renderer,
-    camera: PinholeCamera,
+    camera: Camera,
     world_T_camera: FloatArray,
     window: Window | None = None,
 ) -> UInt8Array:
@@ -50,53 +67,105 @@ def background_rgb(
 
     ``window`` (default: the full picture) crops: its pixels equal those of the full picture.
     """
+    sources = sources_of(scene)
+    drawing = Drawing(sources.exposure(world_T_camera[:2, 3]), on_display=True, gather_rays=GATHER_RAYS)
+    (light,) = lit_by([sources], drawing, scene, ids, renderer, camera, world_T_camera, window)
+    return encode_srgb(light)
+
+
+def lit_by(
+    lights: Iterable[Sources],
+    drawing: Drawing,
+    scene: Scene,
+    ids: UInt16Array,
+    renderer: Renderer,
+    camera: Camera,
+    world_T_camera: FloatArray,
+    window: Window | None = None,
+) -> Iterator[FloatArray]:
+    """(h, w, 3) light of the same view under each of ``lights``, whatever the scene's own; else as ``background_rgb``.
+
+    Where it is not on the display it is linear in the sources.
+    """
     window = window or Window.full(camera)
     seen = set(np.unique(ids).tolist())
-    surfaces = surfaces_of([o for o in scene.objects if o.category.group == "structure" or o.object_id in seen])
-    drawn = _with_surroundings(window, camera)
-    fine, fine_window = camera.scaled(SUPERSAMPLE), _finer_window(drawn, SUPERSAMPLE)
-    triangle = triangles_seen(surfaces, renderer, fine, world_T_camera, fine_window)
-    rays = _rays(fine, world_T_camera, fine_window)
-    sources = sources_of(scene)
-    light = _display_light(Illumination(surfaces, sources), triangle, rays, sources.exposure(rays.eye[:2]))
-    top, left = window.v0 - drawn.v0, window.u0 - drawn.u0
-    rgb = encode_srgb(light[top : top + window.height, left : left + window.width])
-    rgb[ids[window.v0 : window.v0 + window.height, window.u0 : window.u0 + window.width] == 0] = 0
-    return rgb
+    objects = [o for o in scene.objects if o.category.group == "structure" or o.object_id in seen]
+    surfaces = surfaces_of(objects)
+    shown = _is_shown(objects, camera)[surfaces.part]
+    fine = camera.scaled(SUPERSAMPLE)
+    bands = []
+    for band in _bands(window):
+        drawn = _with_surroundings(band, camera)
+        finer = _finer_window(drawn, SUPERSAMPLE)
+        triangle = triangles_seen(surfaces, shown, renderer, fine, world_T_camera, finer)
+        bands.append((band, drawn, triangle, rays_of(fine, world_T_camera, finer)))
+    hidden = ids[window.v0 : window.v0 + window.height, window.u0 : window.u0 + window.width] == 0
+    for sources in lights:
+        illumination = Illumination(surfaces, sources)
+        picture = np.empty((window.height, window.width, 3))
+        for band, drawn, triangle, rays in bands:
+            light = _light(illumination, triangle, rays, drawing)
+            top, left = band.v0 - drawn.v0, band.u0 - drawn.u0
+            rows = slice(band.v0 - window.v0, band.v0 - window.v0 + band.height)
+            picture[rows] = light[top : top + band.height, left : left + band.width]
+        picture[hidden] = 0.0
+        yield picture
 
 
-def _with_surroundings(window: Window, camera: PinholeCamera) -> Window:
-    """The window and all pixels whose light reaches it, begun with a tile: its points are the full picture's."""
+def _is_shown(objects: Sequence[SceneObject], camera: Camera) -> BoolArray:
+    """(P,) which parts of the objects a camera may see: one from above, no ceiling."""
+    from_above = isinstance(camera, TopDownCamera)
+    shown = [not (from_above and item.category_name == "ceiling") for item in objects]
+    return np.repeat(np.array(shown, dtype=np.bool_), [len(item.parts) for item in objects])
+
+
+def _bands(window: Window) -> Iterator[Window]:
+    """The window in bands of whole rows, from the top, of some BAND_PX pixels."""
+    rows = max(BAND_PX // window.width, TILE_PX)
+    for v0 in range(window.v0, window.v0 + window.height, rows):
+        yield Window(window.u0, v0, window.width, min(rows, window.v0 + window.height - v0))
+
+
+def _with_surroundings(window: Window, camera: Camera) -> Window:
+    """The window and all pixels whose light reaches it, begun with a tile: its points are the full picture's.
+
+    All columns of a sphere where these go on beyond its seam.
+    """
     u0, v0 = (max(start - BORDER_PX, 0) // TILE_PX * TILE_PX for start in (window.u0, window.v0))
     u1 = min(window.u0 + window.width + BORDER_PX, camera.width_px)
     v1 = min(window.v0 + window.height + BORDER_PX, camera.height_px)
+    if isinstance(camera, EquirectangularCamera) and (window.u0 < BORDER_PX or u1 == camera.width_px):
+        u0, u1 = 0, camera.width_px
     return Window(u0, v0, u1 - u0, v1 - v0)
 
 
-def _display_light(illumination: Illumination, triangle: Int32Array, rays: Rays, exposure: float) -> FloatArray:
-    """(h, w, 3) display light of pixels of SUPERSAMPLE x SUPERSAMPLE samples, 0 where none shows a triangle."""
+def _light(illumination: Illumination, triangle: Int32Array, rays: Rays, drawing: Drawing) -> FloatArray:
+    """(h, w, 3) light of pixels of SUPERSAMPLE x SUPERSAMPLE samples, 0 where none shows a triangle."""
     mirrors = list(reflections(triangle, rays, illumination.surfaces, TILE_PX * SUPERSAMPLE))
     direct = triangle.copy()
     for mirror in mirrors:
         direct[mirror.rows, mirror.columns][mirror.triangle >= 0] = -1
-    light = _coloured(illumination, direct, rays, exposure)
+    light = _coloured(illumination, direct, rays, drawing)
     for mirror in mirrors:
         part = light[tuple(slice(s.start // SUPERSAMPLE, s.stop // SUPERSAMPLE) for s in (mirror.rows, mirror.columns))]
-        shown = _coloured(illumination, mirror.triangle, mirror.rays, SILVER * exposure)
+        dimmed = drawing._replace(exposure=SILVER * drawing.exposure)
+        shown = _coloured(illumination, mirror.triangle, mirror.rays, dimmed)
         share = _share(mirror.triangle >= 0, triangle[mirror.rows, mirror.columns] >= 0)
         part += share[..., None] * (shown - part)
     return light
 
 
-def _coloured(illumination: Illumination, triangle: Int32Array, rays: Rays, exposure: float) -> FloatArray:
-    """(h, w, 3) display light of pixels of SUPERSAMPLE x SUPERSAMPLE samples that show triangles, not what they mirror.
+def _coloured(illumination: Illumination, triangle: Int32Array, rays: Rays, drawing: Drawing) -> FloatArray:
+    """(h, w, 3) light of pixels of SUPERSAMPLE x SUPERSAMPLE samples that show triangles, not what they mirror.
 
     0 where no sample shows a triangle.
     """
     sources = illumination.sources
-    grid = _light_grid(illumination, triangle, rays)
-    sun = Sun(sources.sun_towards, sources.sun, _sunlit(illumination, triangle, rays))
-    return colour_pixels(triangle, rays, illumination.surfaces, grid, GRID_STEP, sun, exposure, SUPERSAMPLE)
+    grid = _light_grid(illumination, triangle, rays, drawing.gather_rays)
+    sun = Sun(sources.sun_towards, sources.sun, _sunlit(illumination, triangle, rays), sources.outside, sources.outlook)
+    return colour_pixels(
+        triangle, rays, illumination.surfaces, grid, GRID_STEP, sun, drawing.exposure, SUPERSAMPLE, drawing.on_display
+    )
 
 
 def _share(some: BoolArray, valid: BoolArray) -> FloatArray:
@@ -110,20 +179,14 @@ def _finer_window(window: Window, factor: int) -> Window:
     return Window(window.u0 * factor, window.v0 * factor, window.width * factor, window.height * factor)
 
 
-def _rays(camera: PinholeCamera, world_T_camera: FloatArray, window: Window) -> Rays:
-    right, down, forward = np.ascontiguousarray(world_T_camera[:3, :3].T)
-    u, v = (window.u0 + 0.5 - camera.cx_px) / camera.fx_px, (window.v0 + 0.5 - camera.cy_px) / camera.fy_px
-    eye = np.ascontiguousarray(world_T_camera[:3, 3])
-    return Rays(eye, u * right + v * down + forward, right / camera.fx_px, down / camera.fy_px)
-
-
-def _light_grid(illumination: Illumination, triangle: Int32Array, rays: Rays) -> LightGrid:
+def _light_grid(illumination: Illumination, triangle: Int32Array, rays: Rays, gather_rays: int) -> LightGrid:
     """Smooth light at a point in the middle of every GRID_STEP x GRID_STEP samples."""
     start = GRID_STEP // 2
     coarse = triangle[start::GRID_STEP, start::GRID_STEP]
     position, normal = points_seen(triangle, rays, illumination.surfaces, start, GRID_STEP)
     valid = coarse >= 0
     rows, columns = np.nonzero(valid)
+    goes_round = rays.goes_round(triangle.shape[1])
     p, n = position[valid], normal[valid]
     room = illumination.sources.room_of(p[:, :2] + INTO_ROOM_M * n[:, :2])
     few, many = (Points(p, n, room, places[rows % len(places), columns % len(places)], places.size) for places in TILES)
@@ -131,15 +194,17 @@ def _light_grid(illumination: Illumination, triangle: Int32Array, rays: Rays) ->
     def smooth(reach: int, *columns: FloatArray) -> FloatArray:
         light = np.zeros((*coarse.shape, 3 * len(columns)))
         light[valid] = np.concatenate(columns, axis=1)
-        return smoothed(LightGrid(valid, position, normal, light), reach).light
+        return smoothed(LightGrid(valid, position, normal, light, goes_round), reach).light
 
-    direct, bounced = illumination.direct(few, 0, LIGHT_RAYS), illumination.gathered(many, GATHER_RAYS)
+    direct, bounced = illumination.direct(few, 0, LIGHT_RAYS), illumination.gathered(many, gather_rays)
     light = smooth(SOFT_REACH, bounced.total, bounced.towards, illumination.mirrored(many, rays.eye))
     light[..., :6] += smooth(SHARP_REACH, direct.total, direct.towards)
-    return LightGrid(valid, position, normal, light)
+    return LightGrid(valid, position, normal, light, goes_round)
 
 
 def _sunlit(illumination: Illumination, triangle: Int32Array, rays: Rays) -> BoolArray:
     """(h, w) which samples the sun reaches."""
+    if not illumination.sources.sun.any():
+        return np.zeros(triangle.shape, dtype=np.bool_)
     position, normal = points_seen(triangle, rays, illumination.surfaces, 0, 1)
     return illumination.sunlit(position.reshape(-1, 3), normal.reshape(-1, 3)).reshape(triangle.shape)

@@ -4,6 +4,10 @@ Everything is in the world (= episode) frame, metres, z up; the camera frame is 
 What a back end draws: a triangle is seen where its front (counter-clockwise) side faces the camera and its depth is
 at least NEAR_M; what is seen from behind is not there. Colour, depth and id belong to the ray through the pixel centre.
 A pixel that sees nothing has depth 0, id 0 and black RGB.
+
+A camera from above starts its rays at CUT_M, as a floor plan is cut. A solid that reaches through the cut has its
+pixels at that height; what lies wholly above is not there. Its depth is the height: more of it is nearer, and the
+floor has 0 like what is empty.
 """
 
 from __future__ import annotations
@@ -15,11 +19,15 @@ from typing import Any, Protocol
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import Camera
 from hsbench.typing import AnyArray, Float32Array, FloatArray, Int32Array, UInt8Array, UInt16Array
 
 NEAR_M = 0.05
 """Nothing nearer to the camera plane than this is drawn."""
+
+CUT_M = 2.30005
+"""A camera from above sees nothing higher above the origin of its frame: 2.3 m, and half a step of the .1 mm to which
+heights are rounded, so that no face lies in the cut."""
 
 MAX_MESH_ID = 65534
 MAX_LIGHTS_PER_KIND = 4
@@ -124,7 +132,7 @@ class Window:
     width: int
     height: int
 
-    def check(self, camera: PinholeCamera) -> None:
+    def check(self, camera: Camera) -> None:
         """Raise SchemaError unless the window is non-empty and inside the camera's image."""
         if (
             min(self.width, self.height) < 1
@@ -137,7 +145,7 @@ class Window:
             )
 
     @classmethod
-    def full(cls, camera: PinholeCamera) -> Window:
+    def full(cls, camera: Camera) -> Window:
         """The whole image of a camera."""
         return cls(0, 0, camera.width_px, camera.height_px)
 
@@ -149,7 +157,7 @@ class View:
     rgb: UInt8Array
     """(H, W, 3) sRGB."""
     depth_m: Float32Array
-    """(H, W) camera z in metres, 0 = nothing."""
+    """(H, W) metres as the camera counts depth, 0 = nothing."""
     ids: UInt16Array
     """(H, W) mesh ids, 0 = nothing."""
 
@@ -164,7 +172,7 @@ class Renderer(Protocol):
     def render(
         self,
         meshes: Sequence[Mesh],
-        camera: PinholeCamera,
+        camera: Camera,
         world_T_camera: FloatArray,
         lights: Lighting,
         window: Window | None = None,
@@ -176,9 +184,7 @@ class Renderer(Protocol):
         """
 
 
-def check_request(
-    meshes: Sequence[Mesh], camera: PinholeCamera, world_T_camera: FloatArray, window: Window | None
-) -> Window:
+def check_request(meshes: Sequence[Mesh], camera: Camera, world_T_camera: FloatArray, window: Window | None) -> Window:
     """The checks every back end makes of a request; returns the window to draw. Raises SchemaError."""
     window = window or Window.full(camera)
     window.check(camera)

@@ -10,6 +10,7 @@ import numpy as np
 
 from hsbench.synth.render.filtering import LightGrid, read_off
 from hsbench.synth.render.noise import noise2
+from hsbench.synth.render.rays import Rays, aim
 from hsbench.synth.render.surfaces import Surfaces
 from hsbench.synth.render.textures import texture
 from hsbench.synth.render.tone import toned
@@ -26,28 +27,26 @@ HAZE, BLUE = np.array([2.0, 2.15, 2.3]), np.array([0.95, 1.35, 2.0])
 TREES, EARTH = np.array([0.36, 0.5, 0.3]), np.array([0.72, 0.82, 0.55])
 
 
-class Rays(NamedTuple):
-    """The rays of an image's samples: sample (i, j) looks from eye along first + i down + j right (camera z = 1)."""
-
-    eye: FloatArray
-    """(3,) metres, world frame."""
-    first: FloatArray
-    right: FloatArray
-    down: FloatArray
-
-
 class Sun(NamedTuple):
-    """Unit direction towards the sun (3,), its light (3,), and which (h, w) samples it reaches."""
+    """Unit direction towards the sun (3,), its light (3,), and which (h, w) samples it reaches.
+
+    outside: (3,) what the view out of windows is multiplied by; outlook: unit (3,), a
+    direction that the view is turned to.
+    """
 
     towards: FloatArray
     light: FloatArray
     reaches: BoolArray
+    outside: FloatArray
+    outlook: FloatArray
 
 
 class Work(NamedTuple):
     """Room for what is computed on the way, (3,) each but for the last."""
 
     ray: FloatArray
+    beside: FloatArray
+    below: FloatArray
     point: FloatArray
     local: FloatArray
     turned: FloatArray
@@ -67,7 +66,7 @@ def points_seen(
         for x in range(shape[1]):
             i, j = start + y * step, start + x * step
             if triangle[i, j] >= 0:
-                _aim(rays, i, j, ray)
+                aim(rays, float(i), float(j), ray)
                 normal[y, x] = surfaces.normals[triangle[i, j]]
                 depth = _depth(rays.eye, ray, surfaces, triangle[i, j])
                 for c in range(3):
@@ -78,18 +77,20 @@ def points_seen(
 @numba.njit(cache=True, error_model="numpy")
 def colour_pixels(
     triangle: Int32Array, rays: Rays, surfaces: Surfaces, grid: LightGrid, grid_step: int, sun: Sun, exposure: float,
-    factor: int,
+    factor: int, on_display: bool,
 ) -> FloatArray:  # fmt: skip
-    """(h, w, 3) display light of pixels of factor x factor samples: the mean over those with a triangle, else 0.
+    """(h, w, 3) light of pixels of factor x factor samples: the mean over those with a triangle, else 0.
 
+    on_display: as the display shows it, else as it is exposed: linear in the light of grid, sun and outside.
     triangle: (factor h, factor w). grid: a point of CHANNELS channels in the middle of every grid_step x grid_step
     samples. A pixel that shows one triangle alone is asked for once, in its middle: textures are filtered.
     """
     h, w = triangle.shape[0] // factor, triangle.shape[1] // factor
     result = np.zeros((h, w, 3))
-    display = np.empty(3)
+    light = np.empty(3)
     work = Work(
-        np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(CHANNELS)
+        np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3),
+        np.empty(CHANNELS),
     )  # fmt: skip
     for y in range(h):
         for x in range(w):
@@ -105,51 +106,55 @@ def colour_pixels(
                 middle = 0.5 * (factor - 1)
                 _shade(
                     first, factor * y + middle, factor * x + middle, rays, surfaces, grid, grid_step, sun,
-                    sunlit / (factor * factor), exposure, factor, work, result[y, x],
+                    sunlit / (factor * factor), exposure, factor, work, light,
                 )  # fmt: skip
+                for c in range(3):
+                    result[y, x, c] = toned(light[c]) if on_display else light[c]
                 continue
             for i in range(factor * y, factor * (y + 1)):
                 for j in range(factor * x, factor * (x + 1)):
                     if triangle[i, j] >= 0:
                         _shade(
                             triangle[i, j], float(i), float(j), rays, surfaces, grid, grid_step, sun,
-                            1.0 if sun.reaches[i, j] else 0.0, exposure, factor, work, display,
+                            1.0 if sun.reaches[i, j] else 0.0, exposure, factor, work, light,
                         )  # fmt: skip
                         for c in range(3):
-                            result[y, x, c] += display[c] / found
+                            result[y, x, c] += (toned(light[c]) if on_display else light[c]) / found
     return result
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _shade(
     t: int, i: float, j: float, rays: Rays, surfaces: Surfaces, grid: LightGrid, grid_step: int, sun: Sun,
-    sunlit: float, exposure: float, pixel_steps: int, work: Work, display: FloatArray,
+    sunlit: float, exposure: float, pixel_steps: int, work: Work, light: FloatArray,
 ) -> None:  # fmt: skip
-    """Set display (3,) to the display light of triangle t in the direction of sample (i, j)."""
-    _aim(rays, i, j, work.ray)
+    """Set light (3,) to the exposed light of triangle t in the direction of sample (i, j)."""
+    aim(rays, i, j, work.ray)
     k, p = surfaces.part[t], work.point
     if surfaces.pane[k]:
-        _look_out(work.ray, sun.towards, display)
+        _look_out(work.ray, sun, light)
         return
     depth = _depth(rays.eye, work.ray, surfaces, t)
     for c in range(3):
         p[c] = rays.eye[c] + depth * work.ray[c]
     _into_object(surfaces, k, t, p, work.local, work.turned)
-    _pixel_size(surfaces, k, t, rays, work.ray, depth * pixel_steps, work.pixel)
+    aim(rays, i, j + 1.0, work.beside)
+    aim(rays, i + 1.0, j, work.below)
+    _pixel_size(surfaces, k, t, work, depth * pixel_steps)
     bend = _rounded_normal(work.local, work.turned, surfaces, k)
     _albedo(surfaces, k, work.local, work.turned, work.pixel, work.base)
     nx, ny, nz = surfaces.normals[t, 0], surfaces.normals[t, 1], surfaces.normals[t, 2]
     row, column = (i + 0.5) / grid_step - 0.5, (j + 0.5) / grid_step - 0.5
     read_off(grid, row, column, p[0], p[1], p[2], nx, ny, nz, work.light)
-    _lit(surfaces, k, t, work.ray, bend, work.base, work.light, sun, sunlit, exposure, display)
+    _lit(surfaces, k, t, work.ray, bend, work.base, work.light, sun, sunlit, exposure, light)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _lit(
     surfaces: Surfaces, k: int, t: int, ray: FloatArray, bend: tuple[float, float, float], base: FloatArray,
-    here: FloatArray, sun: Sun, sunlit: float, exposure: float, display: FloatArray,
+    here: FloatArray, sun: Sun, sunlit: float, exposure: float, light: FloatArray,
 ) -> None:  # fmt: skip
-    """Set display (3,) to the light that a point of albedo ``base`` sends along the ray, given that of the grid."""
+    """Set light (3,) to the exposed light that a point of albedo ``base`` sends along the ray, given the grid's."""
     tilt, sun_cosine, facing, length = 0.0, 0.0, 0.0, 0.0
     for c in range(3):
         bent = 0.0
@@ -167,13 +172,7 @@ def _lit(
     mirror = surfaces.gloss[k] * (straight_on + (1.0 - straight_on) * away * away * away * away * away)
     for c in range(3):
         matt = base[c] * (here[c] * change + sunlight * sun.light[c])
-        display[c] = toned(exposure * (matt + mirror * (here[6 + c] - matt)))
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _aim(rays: Rays, i: float, j: float, ray: FloatArray) -> None:
-    for c in range(3):
-        ray[c] = rays.first[c] + i * rays.down[c] + j * rays.right[c]
+        light[c] = exposure * (matt + mirror * (here[6 + c] - matt))
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -197,21 +196,23 @@ def _into_object(surfaces: Surfaces, k: int, t: int, p: FloatArray, local: Float
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _pixel_size(
-    surfaces: Surfaces, k: int, t: int, rays: Rays, ray: FloatArray, scale: float, pixel: FloatArray
-) -> None:
-    """Set pixel (3,): how far the point on the plane moves along each axis of the object from pixel to pixel."""
+def _pixel_size(surfaces: Surfaces, k: int, t: int, work: Work, scale: float) -> None:
+    """Set work.pixel: how far the point on the plane moves along each axis of the object from pixel to pixel.
+
+    scale: the depth of the point, times the samples along a pixel.
+    """
+    ray = work.ray
     along, right, down = -1e-6, 0.0, 0.0
     for c in range(3):
         along += ray[c] * surfaces.normals[t, c]
-        right += rays.right[c] * surfaces.normals[t, c]
-        down += rays.down[c] * surfaces.normals[t, c]
+        right += (work.beside[c] - ray[c]) * surfaces.normals[t, c]
+        down += (work.below[c] - ray[c]) * surfaces.normals[t, c]
     for a in range(3):
         across, up = 0.0, 0.0
         for c in range(3):
-            across += surfaces.object_T_world[k, a, c] * (rays.right[c] - right / along * ray[c])
-            up += surfaces.object_T_world[k, a, c] * (rays.down[c] - down / along * ray[c])
-        pixel[a] = scale * (abs(across) + abs(up))
+            across += surfaces.object_T_world[k, a, c] * (work.beside[c] - ray[c] - right / along * ray[c])
+            up += surfaces.object_T_world[k, a, c] * (work.below[c] - ray[c] - down / along * ray[c])
+        work.pixel[a] = scale * (abs(across) + abs(up))
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -259,20 +260,20 @@ def _albedo(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _look_out(ray: FloatArray, sun_towards: FloatArray, display: FloatArray) -> None:
-    """Set display (3,) to what stands outside in a direction: sky over a line of trees over the ground.
+def _look_out(ray: FloatArray, sun: Sun, light: FloatArray) -> None:
+    """Set light (3,) to what stands outside in a direction: sky over a line of trees over the ground.
 
-    The trees stand where they stand to the sun, so that they do not turn with the frame the scene is given in.
+    The trees stand where they stand to the outlook, so that they do not turn with the frame the scene is given in.
     """
     slope = ray[2] / max(math.sqrt(ray[0] ** 2 + ray[1] ** 2), 1e-6)
-    across = sun_towards[0] * ray[1] - sun_towards[1] * ray[0]
-    azimuth = math.atan2(across, sun_towards[0] * ray[0] + sun_towards[1] * ray[1])
+    across = sun.outlook[0] * ray[1] - sun.outlook[1] * ray[0]
+    azimuth = math.atan2(across, sun.outlook[0] * ray[0] + sun.outlook[1] * ray[1])
     crowns = 0.03 + 0.05 * noise2(5.0 * azimuth, 0.5, 48) + 0.02 * noise2(23.0 * azimuth, 0.5, 49)
     leaf = 1.0 + 0.16 * noise2(35.0 * azimuth, 35.0 * slope, 50) + 0.12 * noise2(110.0 * azimuth, 110.0 * slope, 51)
     for c in range(3):
         if slope > crowns:
-            light = HAZE[c] + (BLUE[c] - HAZE[c]) * math.sqrt(min(slope - crowns, 1.0))
+            shown = HAZE[c] + (BLUE[c] - HAZE[c]) * math.sqrt(min(slope - crowns, 1.0))
         else:
-            light = TREES[c] * leaf
-            light += (EARTH[c] - light) * min(max((0.02 - slope) * 6.0, 0.0), 1.0)
-        display[c] = toned(light)
+            shown = TREES[c] * leaf
+            shown += (EARTH[c] - shown) * min(max((0.02 - slope) * 6.0, 0.0), 1.0)
+        light[c] = sun.outside[c] * shown

@@ -29,6 +29,8 @@ class LightGrid(NamedTuple):
     """(h, w, 3) unit."""
     light: FloatArray
     """(h, w, c) channels of light of any meaning."""
+    goes_round: bool
+    """Whether the first column follows the last."""
 
 
 def smoothed(grid: LightGrid, reach: int) -> LightGrid:
@@ -52,6 +54,8 @@ def _averaged(grid: LightGrid, down: int, right: int, reach: int) -> FloatArray:
             weights = 0.0
             for step in range(-reach, reach + 1):
                 y, x = i + step * down, j + step * right
+                if grid.goes_round:
+                    x %= w
                 if 0 <= y < h and 0 <= x < w and grid.valid[y, x]:
                     weight = 0.5 if abs(step) == reach else 1.0
                     weight *= _kinship(
@@ -94,9 +98,10 @@ def read_off(
     light[:] = 0.0
     for reach in REACHES:
         for i in range(max(i0 - reach, 0), min(i0 + 2 + reach, h)):
-            for j in range(max(j0 - reach, 0), min(j0 + 2 + reach, w)):
-                if grid.valid[i, j]:
-                    weight = max(1.0 + reach - abs(row - i), 0.0) * max(1.0 + reach - abs(column - j), 0.0)
+            for place in range(j0 - reach, j0 + 2 + reach):
+                j = place % w if grid.goes_round else place
+                if 0 <= j < w and grid.valid[i, j]:
+                    weight = max(1.0 + reach - abs(row - i), 0.0) * max(1.0 + reach - abs(column - place), 0.0)
                     weight = weight * _kinship(px, py, pz, nx, ny, nz, grid, i, j) + 1e-9
                     weights += weight
                     for c in range(channels):

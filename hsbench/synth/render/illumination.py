@@ -138,7 +138,7 @@ class Illumination:
     def mirrored(self, points: Points, eye: FloatArray) -> FloatArray:
         """(N, 3) what mirrors at the points would show an eye at (3,): surfaces, and the sky where there is none."""
         seen, is_surface = self.seen(points, _reflected(points.position, points.normal, points.place, eye), 0)
-        seen[~is_surface] = SKY
+        seen[~is_surface] = self.sources.outside * SKY
         return seen
 
     def seen(self, points: Points, directions: Float32Array, sample: int) -> tuple[FloatArray, BoolArray]:

@@ -30,7 +30,7 @@ MIRRORS, MIRRORED = ("glass", "mirror"), ("mirror", "wardrobe", "bathroom_cabine
 
 CLOTH_THINGS = frozenset((
     "sofa", "armchair", "ottoman", "office_chair", "bed", "bunk_bed", "curtain", "cushion", "rug", "towel_rail",
-    "coat_rack", "floor_lamp", "table_lamp",
+    "coat_rack", "floor_lamp", "table_lamp", "shower",
 ))  # fmt: skip
 CLOTH_PARTS = frozenset((
     "seat", "back", "back_cushion", "armrest", "headboard", "mattress", "duvet", "overhang", "pillow", "sheet",

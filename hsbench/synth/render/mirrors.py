@@ -11,12 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hsbench.synth.render.colouring import Rays, points_seen
+from hsbench.synth.render.colouring import points_seen
 from hsbench.synth.render.illumination import LIFT_M
 from hsbench.synth.render.materials import SILVER
 from hsbench.synth.render.raycast_backend import Occluders
+from hsbench.synth.render.rays import Rays, directions
 from hsbench.synth.render.surfaces import Surfaces
-from hsbench.typing import BoolArray, FloatArray, Int32Array, IntArray
+from hsbench.typing import BoolArray, Int32Array, IntArray
 
 LEAST_M2 = 0.02  # smaller planes of silvered glass are its rims
 ALIKE, ALIKE_M = 1e-6, 1e-4  # normals and offsets of triangles in one plane differ by less
@@ -45,14 +46,13 @@ def reflections(triangle: Int32Array, rays: Rays, surfaces: Surfaces, step: int)
         rows, columns = (_span(np.asarray(mirror.any(axis=axis)), step) for axis in (1, 0))
         inside = mirror[rows, columns]
         occluders = occluders or Occluders(surfaces.corners, np.ones(len(surfaces.corners), dtype=np.bool_))
-        part = _part(rays, rows.start, columns.start)
+        part = rays.part(rows.start, columns.start)
         position, normal = points_seen(np.where(inside, triangle[rows, columns], -1), part, surfaces, 0, 1)
-        behind = _reflected(part, surfaces.corners[numbers[0], 0], surfaces.normals[numbers[0]])
-        i, j = np.nonzero(inside)
-        directions = behind.first + i[:, None] * behind.down + j[:, None] * behind.right
+        behind = part.mirrored(surfaces.corners[numbers[0], 0], surfaces.normals[numbers[0]])
+        onwards = directions(behind, *np.nonzero(inside))
         origins = position[inside] + LIFT_M * normal[inside]
-        found = occluders.first(origins.astype(np.float32), directions.astype(np.float32))
-        facing = np.einsum("ij,ij->i", surfaces.normals[found], directions) < 0.0
+        found = occluders.first(origins.astype(np.float32), onwards.astype(np.float32))
+        facing = np.einsum("ij,ij->i", surfaces.normals[found], onwards) < 0.0
         shown = np.full(inside.shape, -1, dtype=np.int32)
         shown[inside] = np.where(facing, found, -1)  # of none, -1, there is nothing to face
         yield Reflection(rows, columns, behind, shown)
@@ -78,14 +78,3 @@ def _span(used: BoolArray, step: int) -> slice:
     """From the first to the last True of (n,), widened to multiples of ``step``."""
     (found,) = np.nonzero(used)
     return slice(int(found[0]) // step * step, (int(found[-1]) // step + 1) * step)
-
-
-def _part(rays: Rays, row: int, column: int) -> Rays:
-    """The rays of the samples from (row, column) on."""
-    return rays._replace(first=rays.first + row * rays.down + column * rays.right)
-
-
-def _reflected(rays: Rays, point: FloatArray, normal: FloatArray) -> Rays:
-    """The rays of the eye's image in the plane of a point and a unit normal (3,)."""
-    flip = np.eye(3) - 2.0 * np.outer(normal, normal)
-    return Rays(point + flip @ (rays.eye - point), flip @ rays.first, flip @ rays.right, flip @ rays.down)

@@ -1,5 +1,7 @@
 """The GL back end: pyrender 0.1.45 on EGL, software or hardware. The only file that knows pyrender and OpenGL.
 
+OpenGL draws pinhole pictures; every other camera's are left to the ray caster, whose rays are true.
+
 pyrender keeps doing what it does well (shaders, scene, upload); a subclass of its renderer replaces what would cost
 correctness or time here:
 
@@ -25,8 +27,8 @@ from typing import Any
 import numpy as np
 
 from hsbench.errors import HsbenchError, MissingExtraError
-from hsbench.geometry.cameras import PinholeCamera
-from hsbench.synth.render.base import NEAR_M, Lighting, Mesh, View, Window, check_request
+from hsbench.geometry.cameras import Camera, PinholeCamera
+from hsbench.synth.render.base import NEAR_M, Lighting, Mesh, Renderer, View, Window, check_request
 from hsbench.synth.render.shading import corner_normals, to_linear
 from hsbench.typing import AnyArray, Float32Array, FloatArray, UInt8Array, UInt16Array
 
@@ -175,12 +177,14 @@ class PyrenderRenderer:
     def render(
         self,
         meshes: Sequence[Mesh],
-        camera: PinholeCamera,
+        camera: Camera,
         world_T_camera: FloatArray,
         lights: Lighting,
         window: Window | None = None,
     ) -> View:
         """See Renderer.render."""
+        if not isinstance(camera, PinholeCamera):
+            return self._ray_caster.render(meshes, camera, world_T_camera, lights, window)
         window = check_request(meshes, camera, world_T_camera, window)
         if os.getpid() != self._process:
             raise HsbenchError("an OpenGL context does not survive a fork: start worker processes by 'spawn'")
@@ -197,6 +201,12 @@ class PyrenderRenderer:
         depth_m, ids = _metres(window_depth), _ids(seg)
         rgba, _ = self._draw(camera, window, _COLOUR_FLAGS, None)
         return View(np.where(ids[..., None] > 0, rgba[..., :3], np.uint8(0)), depth_m, ids)
+
+    @functools.cached_property
+    def _ray_caster(self) -> Renderer:
+        from hsbench.synth.render.raycast_backend import RaycastRenderer
+
+        return RaycastRenderer()
 
     def facts(self) -> dict[str, str]:
         """Vendor, renderer and version string of the GL stack that draws."""

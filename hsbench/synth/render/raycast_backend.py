@@ -1,4 +1,4 @@
-"""The ray caster: exact depth from embree hits, plain Lambert RGB. Needs no graphics library.
+"""The ray caster: every camera, exact depth from embree hits, plain Lambert RGB. Needs no graphics library.
 
 Embree finds the triangle in float32; the distance is then the float64 intersection of the pixel's ray with that
 triangle's plane, so depth is exact. Slower than the GL back end on crops; the reference for its tests.
@@ -10,13 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numba
 import numpy as np
 
 from hsbench.errors import MissingExtraError
-from hsbench.geometry.cameras import PinholeCamera
-from hsbench.synth.render.base import NEAR_M, Lighting, Mesh, View, Window, check_request
+from hsbench.geometry.cameras import Camera, TopDownCamera, pixel_centres
+from hsbench.synth.render.base import CUT_M, NEAR_M, Lighting, Mesh, View, Window, check_request
 from hsbench.synth.render.shading import corner_normals, lambert, to_bytes, to_linear
-from hsbench.typing import AnyArray, BoolArray, Float32Array, FloatArray, Int32Array, IntArray, UInt8Array
+from hsbench.typing import AnyArray, BoolArray, Float32Array, FloatArray, Int32Array, IntArray, UInt8Array, UInt16Array
 
 try:
     from embreex.mesh_construction import TriangleMesh
@@ -26,6 +27,9 @@ except ModuleNotFoundError as error:
 
 MAX_SURFACES = 32
 """Surfaces a ray may pass through (seen from behind, or nearer than NEAR_M) before it counts as a miss."""
+
+BLOCK_RAYS = 2**17
+"""Rays cast at a time, so that memory does not grow with the picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +55,9 @@ class _Built:
 
 @dataclass(frozen=True, eq=False)
 class _Hits:
-    """The seen triangle (-1: none), its depth and its mesh, of each of N rays."""
+    """The seen triangle (-1: none) of each of N rays, and where along the ray (0: none)."""
 
-    triangle: IntArray
+    triangle: Int32Array
     depth: FloatArray
 
 
@@ -88,24 +92,49 @@ class RaycastRenderer:
     def render(
         self,
         meshes: Sequence[Mesh],
-        camera: PinholeCamera,
+        camera: Camera,
         world_T_camera: FloatArray,
         lights: Lighting,
         window: Window | None = None,
     ) -> View:
         """See Renderer.render."""
         window = check_request(meshes, camera, world_T_camera, window)
+        if isinstance(camera, TopDownCamera):
+            meshes = [mesh for mesh in meshes if _is_below_cut(mesh, world_T_camera)]
         shape = (window.height, window.width)
         if not any(len(mesh.triangles) for mesh in meshes):
             return View(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.float32), np.zeros(shape, np.uint16))
         if self._built is None or not self._built.serves(meshes, world_T_camera[:3, 3]):
             self._built = _build(meshes, world_T_camera[:3, 3])
         built = self._built
-        rays = _rays(camera, world_T_camera, window)
-        hits = _cast(built, rays)
-        ids = np.where(hits.triangle >= 0, built.mesh_ids[hits.triangle], 0).astype(np.uint16)
-        rgb = _shade(built, rays, hits, lights)
-        return View(rgb.reshape(*shape, 3), hits.depth.astype(np.float32).reshape(shape), ids.reshape(shape))
+        rows = max(BLOCK_RAYS // window.width, 1)
+        tops = range(window.v0, window.v0 + window.height, rows)
+        blocks = [Window(window.u0, v0, window.width, min(rows, window.v0 + window.height - v0)) for v0 in tops]
+        drawn = [_draw(built, camera, world_T_camera, lights, block) for block in blocks]
+        return View(*(np.concatenate(arrays) for arrays in zip(*drawn, strict=True)))
+
+
+def _draw(
+    built: _Built, camera: Camera, world_T_camera: FloatArray, lights: Lighting, window: Window
+) -> tuple[UInt8Array, Float32Array, UInt16Array]:
+    """RGB, depth and ids of a window."""
+    shape = (window.height, window.width)
+    origins, rays = _rays(camera, world_T_camera, window)
+    if isinstance(camera, TopDownCamera):
+        hits = _cast_down(built, origins, rays)
+        depth = np.where(hits.triangle >= 0, CUT_M - hits.depth, 0.0)
+    else:
+        hits = _cast(built, origins, rays, NEAR_M)
+        depth = hits.depth
+    ids = np.where(hits.triangle >= 0, built.mesh_ids[hits.triangle], 0).astype(np.uint16)
+    rgb = _shade(built, origins, rays, hits, lights)
+    return rgb.reshape(*shape, 3), depth.astype(np.float32).reshape(shape), ids.reshape(shape)
+
+
+def _is_below_cut(mesh: Mesh, world_T_camera: FloatArray) -> bool:
+    """Whether a part of a mesh lies below the cut of a camera from above."""
+    heights_m = (mesh.vertices - world_T_camera[:3, 3]) @ world_T_camera[:3, 2]
+    return bool(len(heights_m)) and float(heights_m.min()) < CUT_M
 
 
 def _build(meshes: Sequence[Mesh], position: FloatArray) -> _Built:
@@ -126,48 +155,91 @@ def _build(meshes: Sequence[Mesh], position: FloatArray) -> _Built:
     )
 
 
-def _rays(camera: PinholeCamera, world_T_camera: FloatArray, window: Window) -> FloatArray:
-    """(N, 3) world directions of camera z = 1 through the centres of the window's pixels, row by row."""
-    u = (window.u0 + np.arange(window.width) + 0.5 - camera.cx_px) / camera.fx_px
-    v = (window.v0 + np.arange(window.height) + 0.5 - camera.cy_px) / camera.fy_px
-    right, down, forward = world_T_camera[:3, :3].T
+def _rays(camera: Camera, world_T_camera: FloatArray, window: Window) -> tuple[FloatArray, FloatArray]:
+    """(N, 3) origins from the camera position, (N, 3) directions, world axes, of the window's pixels, row by row.
+
+    Those of a camera from above start at the cut and look down; the others' are as long as one unit of depth.
+    """
+    pixels = pixel_centres(window.width, window.height) + (window.u0, window.v0)
+    if isinstance(camera, TopDownCamera):
+        origins = camera.origins_at(pixels).reshape(-1, 3) + (0.0, 0.0, CUT_M)
+        return _turned(world_T_camera, origins), _turned(world_T_camera, -camera.rays_at(pixels).reshape(-1, 3))
+    rays = _turned(world_T_camera, camera.rays_at(pixels).reshape(-1, 3))
+    return np.broadcast_to(0.0, rays.shape), rays
+
+
+def _turned(world_T_camera: FloatArray, vectors: FloatArray) -> FloatArray:
+    """(N, 3) vectors along the camera's axes -> along the world's."""
     # Elementwise products, not matmul: BLAS may sum differently for other sizes, and a crop must equal the full image.
-    rays = u[None, :, None] * right + v[:, None, None] * down + forward
-    return np.asarray(rays.reshape(-1, 3))
+    x, y, z = world_T_camera[:3, :3].T
+    return np.asarray(vectors[:, :1] * x + vectors[:, 1:2] * y + vectors[:, 2:] * z)
 
 
-def _cast(built: _Built, rays: FloatArray) -> _Hits:
-    """First front-facing surface at NEAR_M or beyond, along each of (N, 3) rays from the camera."""
-    triangle = np.full(len(rays), -1, dtype=np.int64)
+def _cast(built: _Built, origins: FloatArray, rays: FloatArray, near: float) -> _Hits:
+    """First front-facing surface at ``near`` or beyond, along each of (N, 3) rays from (N, 3) origins."""
+    triangle = np.full(len(rays), -1, dtype=np.int32)
     depth = np.zeros(len(rays))
-    start = np.zeros(len(rays))
-    live = np.arange(len(rays))
+    live, begin = np.arange(len(rays)), origins.astype(np.float32)
     for _ in range(MAX_SURFACES):
-        origins = start[live, None] * rays[live]
-        found = built.scene.run(origins.astype(np.float32), rays[live].astype(np.float32)).astype(np.int64)
-        live, found = live[found >= 0], found[found >= 0]
-        plane = built.planes[found]
-        along = np.einsum("ij,ij->i", plane, rays[live])
-        distance = np.einsum("ij,ij->i", plane, built.corners[found, 0])
-        distance = np.divide(distance, along, out=np.copy(start[live]), where=along != 0.0)
-        front = (along < 0.0) & (distance >= NEAR_M)
-        triangle[live[front]], depth[live[front]] = found[front], distance[front]
-        live, distance = live[~front], distance[~front]
+        found = built.scene.run(begin, rays[live].astype(np.float32))
+        live, begin = _settle(found, live, origins, rays, built.planes, built.corners, near, triangle, depth)
         if not len(live):
             break
-        # Go on just behind the surface; 1e-5 relative clears float32 rounding, and thinner gaps are not geometry.
-        start[live] = np.maximum(distance, start[live]) * (1.0 + 1e-5) + 1e-5
+    triangle[live], depth[live] = -1, 0.0
     return _Hits(triangle, depth)
 
 
-def _shade(built: _Built, rays: FloatArray, hits: _Hits, lights: Lighting) -> UInt8Array:
+@numba.njit(cache=True, error_model="numpy")
+def _settle(
+    found: Int32Array, live: IntArray, origins: FloatArray, rays: FloatArray, planes: FloatArray, corners: FloatArray,
+    near: float, triangle: Int32Array, depth: FloatArray,
+) -> tuple[IntArray, Float32Array]:  # fmt: skip
+    """Set triangle and depth (N,) of the live rays whose found triangle is seen.
+
+    Returns the rays that pass theirs, and where they go on; depth holds how far they have come.
+    """
+    left, begin, m = np.empty_like(live), np.empty((len(live), 3), np.float32), 0
+    for k in range(len(live)):
+        ray, t = live[k], found[k]
+        if t < 0:
+            depth[ray] = 0.0
+            continue
+        along, distance = 0.0, 0.0
+        for c in range(3):
+            along += planes[t, c] * rays[ray, c]
+            distance += planes[t, c] * (corners[t, 0, c] - origins[ray, c])
+        distance = distance / along if along != 0.0 else depth[ray]
+        if along < 0.0 and distance >= near:
+            triangle[ray], depth[ray] = t, distance
+            continue
+        # Go on just behind the surface; 1e-5 relative clears float32 rounding, and thinner gaps are not geometry.
+        depth[ray] = max(distance, depth[ray]) * (1.0 + 1e-5) + 1e-5
+        for c in range(3):
+            begin[m, c] = origins[ray, c] + depth[ray] * rays[ray, c]
+        left[m] = ray
+        m += 1
+    return left[:m], begin[:m]
+
+
+def _cast_down(built: _Built, origins: FloatArray, rays: FloatArray) -> _Hits:
+    """As ``_cast`` from the cut. A ray that starts inside a solid sees the face by which the solid ends above it."""
+    hits = _cast(built, origins, rays, 0.0)
+    above = built.scene.run(origins.astype(np.float32), (-rays).astype(np.float32))
+    inside = (above >= 0) & (np.einsum("ij,ij->i", built.planes[above], rays) < 0.0)
+    return _Hits(np.where(inside, above, hits.triangle), np.where(inside, 0.0, hits.depth))
+
+
+def _shade(built: _Built, origins: FloatArray, rays: FloatArray, hits: _Hits, lights: Lighting) -> UInt8Array:
     """(N, 3) sRGB of each ray's hit, black where there is none."""
     rgb = np.zeros((len(rays), 3), dtype=np.uint8)
     seen = np.flatnonzero(hits.triangle >= 0)
     if not len(seen):
         return rgb
     triangle = hits.triangle[seen]
-    points = hits.depth[seen, None] * rays[seen]
+    if not (lights.points or lights.directionals):
+        rgb[seen] = to_bytes(built.albedo * lights.ambient)[triangle]
+        return rgb
+    points = origins[seen] + hits.depth[seen, None] * rays[seen]
     normals = np.einsum("ij,ijk->ik", _barycentric(points, built.corners[triangle]), built.normals[triangle])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     rgb[seen] = to_bytes(built.albedo[triangle] * lambert(points + built.position, normals, lights))

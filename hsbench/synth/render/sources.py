@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -71,6 +71,7 @@ class Sources:
 
     lamps: one a room. windows: panes. ambient: (R, 3) light that has bounced about in a room.
     sun_towards: (3,) unit. sun: (3,) its light on a surface that faces it, zero where there is none.
+    outlook: unit (3,), the view out of the windows is turned to it. outside: (3,) what that view is multiplied by.
     """
 
     rooms: tuple[Room, ...]
@@ -79,6 +80,8 @@ class Sources:
     ambient: FloatArray
     sun_towards: FloatArray
     sun: FloatArray
+    outlook: FloatArray
+    outside: FloatArray
 
     def room_of(self, points_xy: FloatArray) -> IntArray:
         """(N, 2) points -> (N,) number of the room that holds each, else of the nearest."""
@@ -101,18 +104,50 @@ def sources_of(scene: Scene) -> Sources:
     """The light sources of a scene."""
     windows = tuple(pane for item in scene.objects for pane in _panes(item, scene.rooms))
     towards, sun = _sun(scene, windows)
-    lamps, ambient = [], []
-    for number, room in enumerate(scene.rooms):
-        own = [pane for pane in windows if pane.room == number]
-        surface_m2 = 2 * room.area_m2 + scene.height_m * _perimeter(room.outline_xy)
-        level = LAMP_LEVEL if own else LAMP_LEVEL_DARK
-        lamps.append(_lamp(number, room, scene.height_m, level * (1 - ALBEDO) * surface_m2))
-        flux = sum((light.flux + _sunlight_sent_on(light, towards, sun) for light in own), lamps[-1].flux)
-        ambient.append(flux / surface_m2 * ALBEDO / (1 - ALBEDO))
-    return Sources(scene.rooms, tuple(lamps), windows, np.array(ambient), towards, sun)
+    daylit = {pane.room for pane in windows}
+    levels = [LAMP_LEVEL if k in daylit else LAMP_LEVEL_DARK for k in range(len(scene.rooms))]
+    lamps = tuple(
+        _lamp(k, room, scene.height_m, levels[k] * (1 - ALBEDO) * _surface_m2(room, scene.height_m))
+        for k, room in enumerate(scene.rooms)
+    )
+    sources = Sources(scene.rooms, lamps, windows, np.empty(0), towards, sun, towards, np.ones(3))
+    return replace(sources, ambient=_ambient(sources, scene.height_m))
 
 
-def person_lighting(sources: Sources, camera_xy: FloatArray) -> Lighting:
+def relit(
+    scene: Scene, sources: Sources, lamps: FloatArray, sky: FloatArray, sun_towards: FloatArray, sun: FloatArray
+) -> Sources:
+    """The sources of a scene with other strengths.
+
+    lamps: (R, 3) and sky: (3,) what their light is multiplied by. sun_towards: unit (3,), sun: (3,) its own light.
+    """
+    changed = replace(
+        sources,
+        lamps=tuple(_times(lamp, lamps[lamp.room]) for lamp in sources.lamps),
+        windows=tuple(_times(pane, sky) for pane in sources.windows),
+        sun_towards=sun_towards,
+        sun=sun,
+        outside=sky,
+    )
+    return replace(changed, ambient=_ambient(changed, scene.height_m))
+
+
+def _times(light: AreaLight, factor: FloatArray) -> AreaLight:
+    return light._replace(above=light.above * factor, below=light.below * factor)
+
+
+def _ambient(sources: Sources, height_m: float) -> FloatArray:
+    """(R, 3) light that has bounced about in each room: a series, since every surface sends on ALBEDO of it."""
+    ambient = []
+    for number, room in enumerate(sources.rooms):
+        panes = [pane for pane in sources.windows if pane.room == number]
+        sunlight = sum((_sunlight_sent_on(pane, sources.sun_towards, sources.sun) for pane in panes), np.zeros(3))
+        flux = sum((pane.flux for pane in panes), sources.lamps[number].flux) + sunlight
+        ambient.append(flux / _surface_m2(room, height_m) * ALBEDO / (1 - ALBEDO))
+    return np.array(ambient)
+
+
+def person_lighting(sources: Sources, camera_xy: FloatArray, exposure: float) -> Lighting:
     """The same light, exposed, for people, who are drawn alone and without shadows: for a camera at a point (2,).
 
     Bounced light is ambient; the windows of the camera's room shine from one direction each, as bright as in the middle
@@ -120,7 +155,6 @@ def person_lighting(sources: Sources, camera_xy: FloatArray) -> Lighting:
     A share of each, ``SCATTERED``, comes from all around.
     """
     here = sources.room_of(np.asarray(camera_xy, dtype=np.float64)[None])[0]
-    exposure = sources.exposure(camera_xy)
     middle = np.array([*sources.lamps[here].centre[:2], HIPS_M])
     windows = sorted((w for w in sources.windows if w.room == here), key=lambda w: -_form_factor(w, middle))
     windows = windows[:MAX_LIGHTS_PER_KIND]
@@ -216,5 +250,7 @@ def _sunlight_sent_on(pane: AreaLight, towards: FloatArray, sun: FloatArray) -> 
     return ALBEDO * pane.area_m2 * max(-float(pane.normal @ towards), 0.0) * sun
 
 
-def _perimeter(outline: FloatArray) -> float:
-    return float(np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1).sum())
+def _surface_m2(room: Room, height_m: float) -> float:
+    """Floor, ceiling and walls."""
+    sides = room.outline_xy - np.roll(room.outline_xy, 1, axis=0)
+    return 2 * room.area_m2 + height_m * float(np.linalg.norm(sides, axis=1).sum())

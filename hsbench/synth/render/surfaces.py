@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import Camera
 from hsbench.geometry.transforms import apply
 from hsbench.schema.scene import SceneObject
 from hsbench.synth.render.base import MAX_MESH_ID, Lighting, Mesh, Renderer, Window
@@ -99,10 +99,16 @@ def surfaces_of(objects: Sequence[SceneObject]) -> Surfaces:
 
 
 def triangles_seen(
-    surfaces: Surfaces, renderer: Renderer, camera: PinholeCamera, world_T_camera: FloatArray, window: Window
+    surfaces: Surfaces,
+    drawn: BoolArray,
+    renderer: Renderer,
+    camera: Camera,
+    world_T_camera: FloatArray,
+    window: Window,
 ) -> Int32Array:
     """(h, w) number of the triangle at the centre of each pixel of a window, -1 where there is none.
 
+    drawn: (T,) which triangles may be seen at all.
     Raises SchemaError for more triangles than a colour can number.
     """
     count = len(surfaces.corners)
@@ -111,6 +117,6 @@ def triangles_seen(
     numbers = np.arange(1, count + 1)
     codes = np.stack([numbers & 255, (numbers >> 8) & 255, numbers >> 16], axis=-1).astype(np.uint8)
     triangles = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
-    mesh = Mesh(MAX_MESH_ID, surfaces.corners.reshape(-1, 3), triangles, codes)
+    mesh = Mesh(MAX_MESH_ID, surfaces.corners.reshape(-1, 3), triangles[drawn], codes[drawn])
     rgb = renderer.render([mesh], camera, world_T_camera, Lighting(1.0), window).rgb.astype(np.int32)
     return rgb[..., 0] + (rgb[..., 1] << 8) + (rgb[..., 2] << 16) - 1

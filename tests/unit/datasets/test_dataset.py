@@ -152,7 +152,7 @@ def test_depth_noise_can_be_chosen_and_none_is_the_clean_depth(rgbd: Path) -> No
         assert np.array_equal(clean.frames[k].rgb, noisy.frames[k].rgb)
         read = noisy.frames[k].depth_m
         assert 0.5 < np.mean((read != exact) & (read > 0)) < 1.0
-    with pytest.raises(SchemaError, match="'loud'; expected one of kinect, none"):
+    with pytest.raises(SchemaError, match="'loud'; expected one of kinect, mild, harsh, none"):
         load(rgbd, depth_noise="loud")[0].frames[0]
 
 

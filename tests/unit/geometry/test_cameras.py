@@ -1,4 +1,4 @@
-"""Camera models: conventions by hand, and that projecting undoes unprojecting."""
+"""Camera models: conventions by hand, OpenCV's distortion, and that projecting undoes unprojecting."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import EquirectangularCamera, PinholeCamera, TopDownCamera, world_T_camera
+from hsbench.geometry.cameras import BrownCamera, EquirectangularCamera, PinholeCamera, TopDownCamera, world_T_camera
 from hsbench.geometry.transforms import apply, is_rigid
 
 SIDES = st.integers(1, 40)
@@ -21,7 +21,14 @@ PINHOLES = st.builds(
     st.floats(-10.0, 50.0),
     st.floats(-10.0, 50.0),
 )
+PINHOLE = PinholeCamera(8, 6, 7.0, 7.0, 4.0, 3.0)
 SPHERES = st.integers(1, 24).map(lambda h: EquirectangularCamera(2 * h, h))
+LENSES = (
+    BrownCamera(64, 48, 33.0, 33.0, 32.0, 24.0, -0.2, 0.04, 0.0, 0.0, -0.0035),  # barrel, 103 degrees across
+    BrownCamera(64, 48, 45.0, 46.0, 30.0, 25.0, 0.1, 0.02, 0.0, 0.0, 0.0),  # pincushion
+    BrownCamera(51, 42, 36.5, 36.5, 26.1, 20.6, 0.0956, -0.277, 0.0, 0.0, 0.0975),  # a Kinect v2's, at a tenth
+    BrownCamera(64, 48, 50.0, 50.0, 32.0, 24.0, -0.1, 0.01, 0.003, -0.002, 0.0),  # leaning
+)
 SEEDS = st.integers(0, 2**32 - 1)
 
 
@@ -87,6 +94,56 @@ def test_points_not_in_front_have_no_pixel(z: float) -> None:
     assert not camera.contains(pixels).any()
 
 
+# ---------------------------------------------------------------- distorted
+
+
+def opencv_pixel(camera: BrownCamera, x: float, y: float) -> list[float]:
+    """The formulas of OpenCV's documentation of calib3d, written out."""
+    r2 = x**2 + y**2
+    radial = 1 + camera.k1 * r2 + camera.k2 * r2**2 + camera.k3 * r2**3
+    u = x * radial + 2 * camera.p1 * x * y + camera.p2 * (r2 + 2 * x**2)
+    v = y * radial + camera.p1 * (r2 + 2 * y**2) + 2 * camera.p2 * x * y
+    return [camera.fx_px * u + camera.cx_px, camera.fy_px * v + camera.cy_px]
+
+
+@pytest.mark.parametrize("camera", LENSES)
+def test_distortion_is_that_of_opencv(camera: BrownCamera) -> None:
+    for x, y in np.random.default_rng(0).uniform(-0.4, 0.4, (20, 2)):
+        pixels, depth = camera.project(np.array([2 * x, 2 * y, 2.0]))
+        assert pixels == pytest.approx(opencv_pixel(camera, x, y), abs=1e-10)
+        assert depth == 2.0
+
+
+@pytest.mark.parametrize("camera", LENSES)
+def test_rays_invert_the_distortion(camera: BrownCamera) -> None:
+    rays = camera.rays()
+    assert (rays[..., 2] == 1.0).all()
+    back = np.array([[opencv_pixel(camera, x, y) for x, y, _ in row] for row in rays])
+    assert np.abs(back - pixel_centres(camera.width_px, camera.height_px)).max() < 1e-9 * camera.fx_px
+    points = camera.unproject(np.full((camera.height_px, camera.width_px), 3.0, dtype=np.float32))
+    assert np.abs(camera.project(points)[0] - pixel_centres(camera.width_px, camera.height_px)).max() < 1e-7
+
+
+@given(st.sampled_from(LENSES), st.floats(0, 2 * np.pi), st.floats(0.0, 1e3))
+def test_what_lies_beyond_the_picture_has_no_pixel_in_it(camera: BrownCamera, angle: float, beyond: float) -> None:
+    """However the polynomial turns back there; and pixels go on outwards without a jump."""
+    way = np.array([np.cos(angle), np.sin(angle), 0.0])
+    far = camera.project((1 + 1e-9 + beyond) * camera.reach * way + (0.0, 0.0, 1.0))[0]
+    assert not camera.contains(far)
+    assert np.isfinite(far).all()
+    at, after = (camera.project(s * camera.reach * way + (0.0, 0.0, 1.0))[0] for s in (1 - 1e-9, 1 + 1e-9))
+    assert np.abs(at - after).max() < 1e-5
+
+
+def test_a_lens_without_distortion_is_a_pinhole() -> None:
+    numbers = (31, 20, 25.0, 24.0, 15.0, 10.5)
+    plain, lens = PinholeCamera(*numbers), BrownCamera(*numbers)
+    points = np.random.default_rng(0).uniform((-1, -1, -1), (1, 1, 3), (200, 3))
+    assert np.allclose(lens.project(points)[0], plain.project(points)[0], rtol=0, atol=1e-9, equal_nan=True)
+    assert np.allclose(lens.rays(), plain.rays(), rtol=0, atol=1e-12)
+    assert lens.scaled(2) == BrownCamera(62, 40, 50.0, 48.0, 30.0, 21.0)
+
+
 # ---------------------------------------------------------------- equirectangular
 
 
@@ -130,11 +187,11 @@ def test_the_camera_itself_has_no_pixel_on_the_sphere() -> None:
 
 @given(SPHERES, SEEDS)
 def test_sphere_unproject_has_the_given_range(camera: EquirectangularCamera, seed: int) -> None:
-    assert np.allclose(np.linalg.norm(camera.rays(), axis=-1), 1.0, rtol=0, atol=1e-14)
+    assert np.allclose(np.linalg.norm(camera.rays(), axis=-1), 1.0, rtol=0, atol=2e-12)
     range_m = np.random.default_rng(seed).uniform(0.1, 10.0, (camera.height_px, camera.width_px))
     pixels, back = camera.project(camera.unproject(range_m))
-    assert np.allclose(back, range_m, rtol=1e-14, atol=0)
-    assert np.allclose(pixels, pixel_centres(camera.width_px, camera.height_px), rtol=0, atol=1e-9)
+    assert np.allclose(back, range_m, rtol=2e-12, atol=0)
+    assert np.allclose(pixels, pixel_centres(camera.width_px, camera.height_px), rtol=0, atol=2e-9)
 
 
 @given(st.tuples(*[st.floats(-10, 10)] * 3).filter(lambda p: np.linalg.norm(p) > 1e-3))
@@ -156,6 +213,28 @@ def test_top_down_by_hand() -> None:
     expected = [[128, 128], [0, 0], [255.8, 255.8], [128, 108], [108, 128]]  # forward is up, left is left
     assert np.allclose(pixels, expected, rtol=0, atol=1e-9)
     assert height_m.tolist() == [1.5, 0, 0, 0.3, 0.3]
+
+
+def test_heights_seen_from_above_return_to_their_pixels() -> None:
+    camera = TopDownCamera(7, 5, 0.3)
+    height_m = np.random.default_rng(0).uniform(0, 2, (5, 7))
+    points = camera.unproject(height_m)
+    assert np.array_equal(points, camera.origins() + height_m[..., None] * camera.rays())
+    pixels, back = camera.project(points)
+    assert np.allclose(pixels, pixel_centres(7, 5), rtol=0, atol=1e-12)
+    assert np.array_equal(back, height_m)
+    finer = camera.scaled(2).project(points)[0]
+    assert np.allclose(finer, 2 * pixels, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("camera", [PINHOLE, *LENSES, EquirectangularCamera(16, 8), TopDownCamera(9, 6, 0.1)])
+def test_every_camera_holds_the_pixels_of_its_rays_and_no_others(camera) -> None:
+    inside = camera.contains(pixel_centres(camera.width_px, camera.height_px))
+    assert inside.shape == (camera.height_px, camera.width_px)
+    assert inside.all()
+    outside = [[-1e-9, 1], [1, -1e-9], [camera.width_px, 1], [1, camera.height_px], [np.nan, 1], [1, np.nan]]
+    assert not camera.contains(np.array(outside)).any()
+    assert camera.rays().shape == (camera.height_px, camera.width_px, 3)
 
 
 # ---------------------------------------------------------------- pose
@@ -210,12 +289,17 @@ def test_every_camera_pose_is_rigid(height: float, tilt: float, roll: float) -> 
         (lambda: PinholeCamera(4, 4, 1, np.inf, 1, 1), "camera.fy_px is inf", "positive finite"),
         (lambda: PinholeCamera(4, 4, 1, 1, np.nan, 1), "principal point", "finite"),
         (lambda: PinholeCamera(4, 4, 1, 1, 1, np.inf), "principal point", "finite"),
+        (lambda: BrownCamera(64, 48, 33.0, 33.0, 32, 24, -0.3), "folds inside the image of 64 x 48 px", "one pixel"),
+        (lambda: BrownCamera(64, 48, 50.0, 50.0, 32, 24, 0, 0, 0.4, 0.4), "folds inside", "one pixel"),
+        (lambda: BrownCamera(64, 48, 50.0, 50.0, 32, 24, np.nan), "distortion", "finite"),
+        (lambda: BrownCamera(64, 48, -50.0, 50.0, 32, 24), "camera.fx_px is -50.0", "positive finite"),
         (lambda: EquirectangularCamera(100, 100), "100 x 100 px", "width = 2 height"),
         (lambda: EquirectangularCamera(0, 0), "0 x 0 px", "positive"),
         (lambda: TopDownCamera(0, 4, 0.05), "0 x 4 px", "positive"),
         (lambda: TopDownCamera(4, 4, 0.0), "camera.cell_m is 0.0", "positive finite"),
         (lambda: TopDownCamera(4, 4, np.nan), "camera.cell_m is nan", "positive finite"),
         (lambda: PinholeCamera(4, 2, 1, 1, 1, 1).unproject(np.ones((4, 2))), "shape (4, 2)", "(2, 4)"),
+        (lambda: TopDownCamera(4, 2, 1.0).unproject(np.ones((4, 2))), "shape (4, 2)", "(2, 4)"),
         (lambda: EquirectangularCamera(4, 2).unproject(np.ones((4, 2))), "shape (4, 2)", "(2, 4)"),
     ],
 )

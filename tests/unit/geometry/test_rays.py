@@ -9,12 +9,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import PinholeCamera, world_T_camera
+from hsbench.geometry.cameras import BrownCamera, CentralCamera, EquirectangularCamera, PinholeCamera, world_T_camera
 from hsbench.geometry.convex import ConvexSolid, box, cylinder, span
 from hsbench.geometry.rays import cast, pack_solids, segments_blocked
 from hsbench.geometry.transforms import apply, invert, planar, rigid
 
 CAMERA = PinholeCamera(48, 36, 40.0, 42.0, 23.7, 18.2)
+LENS = BrownCamera(48, 36, 25.0, 25.0, 23.7, 18.2, -0.2, 0.04, 0.002, -0.001, -0.0035)
+SPHERE = EquirectangularCamera(64, 32)
 POSE = planar(0.4, -0.2, 0.3) @ world_T_camera(1.4, 0.3, 0.05)
 
 
@@ -44,8 +46,10 @@ def nearest_by_triangles(origin: np.ndarray, rays: np.ndarray, solid: ConvexSoli
     return best
 
 
-def reference(solids: list[ConvexSolid], owner: list[int], n_owners: int) -> tuple[np.ndarray, ...]:
-    rays = (CAMERA.rays().reshape(-1, 3)) @ POSE[:3, :3].T
+def reference(
+    solids: list[ConvexSolid], owner: list[int], n_owners: int, camera: CentralCamera = CAMERA
+) -> tuple[np.ndarray, ...]:
+    rays = (camera.rays().reshape(-1, 3)) @ POSE[:3, :3].T
     depth = np.array([nearest_by_triangles(POSE[:3, 3], rays, s) for s in solids]).reshape(len(solids), len(rays))
     by_owner = np.array(
         [np.min([d for d, o in zip(depth, owner, strict=True) if o == k], axis=0, initial=np.inf, keepdims=True)[0]
@@ -53,7 +57,7 @@ def reference(solids: list[ConvexSolid], owner: list[int], n_owners: int) -> tup
     )  # fmt: skip
     nearest = by_owner.min(axis=0)
     seen = np.where(np.isfinite(nearest), by_owner.argmin(axis=0), -1)
-    shape = (CAMERA.height_px, CAMERA.width_px)
+    shape = (camera.height_px, camera.width_px)
     return nearest.reshape(shape), seen.reshape(shape), np.isfinite(by_owner).sum(axis=1)
 
 
@@ -67,17 +71,44 @@ def close(depth: np.ndarray, expected: np.ndarray) -> np.ndarray:
 # ---------------------------------------------------------------- images
 
 
+@pytest.mark.parametrize("camera", [CAMERA, LENS, SPHERE], ids=["pinhole", "lens", "sphere"])
 @pytest.mark.parametrize("seed", range(6))
-def test_images_agree_with_every_triangle_tested(seed: int) -> None:
+def test_images_agree_with_every_triangle_tested(seed: int, camera: CentralCamera) -> None:
     solids = random_solids(100 * seed, 9)
     owner = [0, 0, 1, 2, 2, 2, 4, 4, 5]  # owner 3 has nothing
-    depth, seen, amodal = reference(solids, owner, 6)
-    image = cast(CAMERA, POSE, pack_solids(solids), np.array(owner, dtype=np.int32), 6)
+    depth, seen, amodal = reference(solids, owner, 6, camera)
+    image = cast(camera, POSE, pack_solids(solids), np.array(owner, dtype=np.int32), 6)
     assert close(image.depth_m, depth).all()
     assert np.array_equal(image.owner, seen)
     assert np.array_equal(image.amodal_px, amodal)
     assert np.isfinite(depth).any()
     assert image.amodal_px[3] == 0
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 10**6), st.floats(-np.pi, np.pi), st.sampled_from([SPHERE, LENS]))
+def test_no_pixel_of_a_solid_lies_outside_its_window(seed: int, yaw: float, camera: CentralCamera) -> None:
+    """All around, above, below, across the seam and about the axis."""
+    rng = np.random.default_rng(seed)
+    size, middle = rng.uniform(0.05, 2.0, 3), rng.normal(size=3) * rng.choice([0.3, 1.0, 3.0])
+    pose = rigid(Rotation.random(random_state=seed).as_matrix(), tuple(middle))
+    solid = box(size).transformed(planar(0.0, 0.0, yaw) @ pose)
+    view = world_T_camera(1.0, 0.0) if seed % 2 else POSE
+    rays = camera.rays().reshape(-1, 3) @ view[:3, :3].T
+    expected = np.isfinite(nearest_by_triangles(view[:3, 3], rays, solid)).reshape(camera.rays().shape[:2])
+    image = cast(camera, view, pack_solids([solid]), [0], 1)
+    assert ((image.owner == 0) == expected).mean() > 0.999  # a ray through an edge may go either way
+    assert abs(int(image.amodal_px[0]) - int(expected.sum())) <= 1
+
+
+def test_depth_on_a_sphere_is_the_distance() -> None:
+    room = [span((-2, -3, -1), (-1.9, 3, 3)), span((2, -3, -1), (2.1, 3, 3)), span((-2, -3, -1), (2, 3, 0))]
+    image = cast(SPHERE, world_T_camera(1.5, 0.0), pack_solids(room), [0, 1, 2], 3)
+    points = apply(world_T_camera(1.5, 0.0), SPHERE.unproject(np.where(image.owner >= 0, image.depth_m, 0.0)))
+    assert points[image.owner == 0][:, 0] == pytest.approx(-1.9, abs=1e-9)
+    assert points[image.owner == 1][:, 0] == pytest.approx(2.0, abs=1e-9)
+    assert points[image.owner == 2][:, 2] == pytest.approx(0.0, abs=1e-9)
+    assert (image.owner[20:] == 2).any(axis=1).all()  # down to the pole
 
 
 def test_images_agree_with_embree() -> None:

@@ -25,7 +25,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import EquirectangularCamera, PinholeCamera, TopDownCamera
+from hsbench.geometry.cameras import BrownCamera, EquirectangularCamera, PinholeCamera, TopDownCamera
 from hsbench.geometry.convex import box, cylinder
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.transforms import rigid
@@ -58,7 +58,12 @@ def through_json(value: Any) -> Any:
 # ---------------------------------------------------------------- sensors
 
 PIXELS = st.integers(1, 5000)
-PINHOLES = st.builds(PinholeCamera, PIXELS, PIXELS, SIZES, SIZES, FLOATS, FLOATS)
+LENSES = st.builds(
+    BrownCamera,
+    *(st.just(n) for n in (640, 480, 330.0, 331.0, 320.0, 240.0)),
+    *(st.floats(-small, small) for small in (0.05, 0.01, 0.002, 0.002, 0.001)),
+)
+PINHOLES = st.builds(PinholeCamera, PIXELS, PIXELS, SIZES, SIZES, FLOATS, FLOATS) | LENSES
 CAMERA_OF = {
     "rgbd": PINHOLES,
     "monocular": PINHOLES,
@@ -98,6 +103,7 @@ def test_cameras_have_exactly_their_fields() -> None:
     for change, message in (
         ({"model": "fisheye"}, "sensor.camera.model is 'fisheye'; expected one of pinhole, equirectangular, topdown"),
         ({"model": "equirectangular"}, "sensor.camera lacks"),
+        ({"model": "brown"}, "sensor.camera lacks ['k1', 'k2', 'k3', 'p1', 'p2']"),
         ({"fx": 3.0}, "has unknown ['fx']"),
         ({"fx_px": -3.0}, "camera.fx_px is -3.0"),
     ):

@@ -76,7 +76,7 @@ FAULTS: list[tuple[str, dict[str, Any], tuple[str, ...]]] = [
     (
         "sensor",
         {"camera": EquirectangularCamera(8, 4)},
-        ("sensor.camera", "EquirectangularCamera", "PinholeCamera for kind 'rgbd'"),
+        ("sensor.camera", "EquirectangularCamera", "PinholeCamera or BrownCamera for kind 'rgbd'"),
     ),
     ("sensor", {"kind": "equirectangular"}, ("sensor.camera", "PinholeCamera", "expected EquirectangularCamera")),
     ("sensor", {"height_m": 1500.0}, ("sensor.height_m", "1500.0", "0..100 m", "millimetres?")),
@@ -223,6 +223,8 @@ FAULTS: list[tuple[str, dict[str, Any], tuple[str, ...]]] = [
         ("occupancy.swept_s", "NaN or negative", ">= 0 or +inf"),
     ),
     ("occupancy", {"swept_s": np.full(SHUT.shape, -1, dtype=np.float32)}, ("occupancy.swept_s", ">= 0 or +inf")),
+    ("occupancy", {"seen_s": SHUT.astype(np.float64)}, ("occupancy.seen_s", "float64", "float32")),
+    ("occupancy", {"seen_s": np.full(SHUT.shape, -1, dtype=np.float32)}, ("occupancy.seen_s", ">= 0 or +inf")),
     ("objects", {"object_id": np.array([1, 4, 7])}, ("objects.object_id", "int64", "int32")),
     ("objects", {"visible_px": np.array([0, 0])}, ("objects.visible_px", "(2,)", "(3)")),
     ("objects", {"amodal_px": np.array([1.0, 1.0, 1.0])}, ("objects.amodal_px", "float64", "int64")),

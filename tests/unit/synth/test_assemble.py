@@ -20,7 +20,7 @@ from hsbench.schema import KINECT_V2, Episode, EventTable, ObjectMotions, PoseTa
 from hsbench.schema.motions import scene_at
 from hsbench.schema.states import Affordance
 from hsbench.synth.activities import Life, LifeConfig
-from hsbench.synth.assemble import rgbd_episode
+from hsbench.synth.assemble import filmed_episode
 from hsbench.synth.detectors import DetectorConfig
 from hsbench.synth.placement import CameraConfig
 from hsbench.synth.recipes import Unit
@@ -54,7 +54,7 @@ def filmed(away_s: int) -> Episode:
     )
     unit = Unit(Seeds(0), 1, "train", "all", open_renderer("raycast"))
     here = planar(0.4, 0.3, 0.6)
-    return rgbd_episode(unit, "rgbd-activity", SCENE, life, here, SENSOR, SETTINGS)
+    return filmed_episode(unit, "rgbd-activity", SCENE, life, here, SENSOR, SETTINGS)
 
 
 def test_a_chair_that_stands_elsewhere_for_most_of_the_time() -> None:

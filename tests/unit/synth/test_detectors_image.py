@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import EquirectangularCamera, PinholeCamera, TopDownCamera
+from hsbench.geometry.cameras import BrownCamera, EquirectangularCamera, PinholeCamera, TopDownCamera
 from hsbench.geometry.transforms import apply, invert, planar
 from hsbench.schema import JointState, PoseTable, Sensor
 from hsbench.schema.skeletons import BODY_25, COCO_18
@@ -20,6 +20,9 @@ from hsbench.synth.detectors.image import ROOT_AREA, SIGMAS, patch_axes, pixels,
 from hsbench.synth.detectors.landmarks import landmarks
 
 EXACT = replace(PRESETS["clean"], skeleton="coco-18")
+LENS = Sensor(
+    "monocular", BrownCamera(640, 480, 330.0, 330.0, 320.0, 240.0, -0.2, 0.04, 0.001, 0.0, -0.0035), 1.5, 0.15
+)
 LEVEL = Sensor("monocular", PinholeCamera(1280, 960, 900.0, 900.0, 640.0, 480.0), 1.0)
 
 
@@ -28,7 +31,7 @@ def true_pixels(sensor: Sensor, joints: np.ndarray, skeleton: object = COCO_18) 
     return sensor.camera.project(apply(invert(sensor.world_T_camera), points))[0]
 
 
-@pytest.mark.parametrize("sensor", [SENSOR, SPHERE], ids=["pinhole", "sphere"])
+@pytest.mark.parametrize("sensor", [SENSOR, LENS, SPHERE], ids=["pinhole", "lens", "sphere"])
 @pytest.mark.parametrize("skeleton", [COCO_18, BODY_25], ids=lambda s: s.name)
 def test_a_clean_detector_gives_the_projection(sensor: Sensor, skeleton: object) -> None:
     poses = still(3, 2.5, -0.4, 2.0)
@@ -162,11 +165,12 @@ def test_a_turn_about_a_sphere_shifts_its_pixels() -> None:
         assert np.nanquantile(np.abs((observed.joints_px - base.joints_px)[..., 1]), 0.99) < 0.3
 
 
-def test_joints_outside_the_image_are_missing_and_answers_are_inside() -> None:
-    poses = still(500, 1.2)  # too near to be in the image whole
-    observed, _ = detect(poses, replace(EXACT, annotators=3.0))
-    true = true_pixels(SENSOR, poses.joints_m[:1].astype(np.float64))[0]
-    assert np.array_equal(observed.joint_state[0] == JointState.MISSING, ~SENSOR.camera.contains(true))
+@pytest.mark.parametrize(("sensor", "away"), [(SENSOR, 1.2), (LENS, 0.8)], ids=["pinhole", "lens"])
+def test_joints_outside_the_image_are_missing_and_answers_are_inside(sensor: Sensor, away: float) -> None:
+    poses = still(500, away)  # too near to be in the image whole
+    observed, _ = detect(poses, replace(EXACT, annotators=3.0), sensor=sensor)
+    true = true_pixels(sensor, poses.joints_m[:1].astype(np.float64))[0]
+    assert np.array_equal(observed.joint_state[0] == JointState.MISSING, ~sensor.camera.contains(true))
     assert (observed.joint_state[0] == JointState.MISSING).any()
     seen = observed.joints_px[observed.joint_state != JointState.MISSING]
     assert (seen >= 0).all()

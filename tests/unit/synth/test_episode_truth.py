@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import binary_dilation
 from skimage.measure import points_in_poly
 
 from hsbench import load
@@ -226,8 +227,9 @@ def test_a_frame_composed_of_patches_is_the_whole_scene_drawn_at_once(episodes: 
     assert (shown.depth_m[person] <= clear.depth_m[person]).all()  # in front of what is behind
     assert np.array_equal(shown.depth_m[~person], clear.depth_m[~person])
     shade = episode.frames[0].rgb.astype(int) - episode.frames[k].rgb  # people darken what they touch, no more
-    assert (shade[~person] >= 0).all()
-    assert (shade[~person] > 0).any(axis=-1).mean() < 0.1
+    beside = ~binary_dilation(person, np.ones((3, 3)))  # silhouettes are blended
+    assert (shade[beside] >= 0).all()
+    assert (shade[beside] > 0).any(axis=-1).mean() < 0.1
 
 
 def test_filming_with_nobody_in_view_is_an_empty_patch(episodes: Dataset) -> None:

@@ -55,7 +55,8 @@ JOINT_M = 0.01
 GROWN = {"plant": ("stem", "leaf", "soil", "pot"), "books": ("pages",), "clutter": ("pages",)}
 """leaves where they sprout, and the pages of a book between its covers."""
 MOST_PARTS, MEDIAN_PARTS, MOST_TRIANGLES = 60, 20, 1500
-NOT_MEASURED = ("handle", "tap", "spout", "column", "pipe", "mount", "stem", "lever", "flower")
+NOT_MEASURED = ("handle", "tap", "spout", "column", "pipe", "mount", "stem", "lever", "flower", "soap", "pump", "brush",
+                "tumbler")  # fmt: skip
 """What the ranges of sizes leave out (plants and radiators are measured whole)."""
 REALDATA = Path(os.environ.get("HSBENCH_REALDATA", Path(__file__).parents[4] / "shared" / "realdata"))
 REAL_SIZES = REALDATA / "scenes3d" / "procthor" / "asset-database.json"

@@ -11,12 +11,13 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hsbench
 from hsbench import load
 from hsbench.datasets.verify import verify_episode, verify_files
-from hsbench.errors import DataError, HsbenchError
+from hsbench.errors import DataError, HsbenchError, SchemaError
 from hsbench.io.splits import read_splits
 from hsbench.synth.generate import Job, generate
 from hsbench.synth.recipes import find_recipe
@@ -153,22 +154,46 @@ def test_a_kill_costs_the_unit_under_way_and_no_byte_differs_afterwards(
     assert contents(out) == contents(unbroken)
 
 
-def test_a_killed_worker_is_said_and_what_was_finished_stays(short_recipe: Path, tmp_path: Path) -> None:
+def test_a_killed_worker_fails_its_unit_alone(rgbd: Path, short_recipe: Path, tmp_path: Path) -> None:
     recipe = tmp_path / "recipe" / "rgbd-activity"
     shutil.copytree(short_recipe, recipe)
     code = recipe / "rgbd-activity.py"
     code.write_text(code.read_text().replace("def build(", "def _build(") + KILLER)
+    out = tmp_path / "out"
     command = [
         sys.executable, "-m", "hsbench.cli.main", "generate", str(recipe), "--split", "train", "--renderer", "raycast",
-        "--out", str(tmp_path / "out"), "--workers", "2",
+        "--out", str(out), "--workers", "2",
     ]  # fmt: skip
-    env = {**os.environ, "KILL_AT_SCENE": str(UNITS[1][0])}
+    killed = UNITS[1][0]
+    env = {**os.environ, "KILL_AT_SCENE": str(killed)}
     done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
-    assert "worker" in done.stderr
-    for unit in (tmp_path / "out" / "episodes").glob("[!.]*"):
-        assert (unit / "manifest.json").exists()
+    assert f"recipe rgbd-activity, seed 0, scene number {killed}: its process died" in done.stderr
+    first = f"rgbd-activity-{UNITS[0][0]:06d}"
+    assert unit_manifests(out) == {first: unit_manifests(rgbd)[first]}
+    assert verify_files(out) == []
+    assert not list((out / "episodes").glob(".*.part"))
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_unit_that_fails_does_not_stop_the_others(short_recipe: Path, tmp_path: Path, workers: int) -> None:
+    recipe = tmp_path / "recipe" / "rgbd-activity"
+    shutil.copytree(short_recipe, recipe)
+    code = recipe / "rgbd-activity.py"
+    fault = "\ndef build(config, unit):\n    if unit.number in {0}:\n        raise ValueError('odd')\n"
+    bad = {UNITS[0][0], UNITS[2][0]}
+    code.write_text(
+        code.read_text().replace("def build(", "def _build(")
+        + fault.format(bad)
+        + "    yield from _build(config, unit)\n"
+    )
+    made: list[str] = []
+    with pytest.raises(RuntimeError, match=r"scene number \d+: ValueError: odd \(and 1 units more failed") as error:
+        made.extend(generate(Job(str(recipe), 0, UNITS[:4], "none", "raycast"), tmp_path / "out", workers))
+    assert any(f"scene number {number}:" in str(error.value) for number in bad)
+    expected = {f"rgbd-activity-{number:06d}" for number, _ in UNITS[:4] if number not in bad}
+    assert set(load(tmp_path / "out").episode_ids) == expected
 
 
 @pytest.mark.parametrize(
@@ -192,6 +217,25 @@ def test_a_folder_with_other_things_is_left_alone(short_recipe: Path, tmp_path: 
     with pytest.raises(DataError, match="is not empty and holds no dataset"):
         list(generate(Job(str(short_recipe), 0, UNITS, "none", "raycast"), tmp_path))
     assert [p.name for p in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_every_nth_picture_is_that_of_all_pictures(rgbd: Path, short_recipe: Path, tmp_path: Path) -> None:
+    """Poses and truth are whole whatever is filmed; of the pictures, t0's and every fifth from there."""
+    out = tmp_path / "out"
+    list(generate(Job(str(short_recipe), 0, UNITS[:1], "every:5", "raycast"), out))
+    (some,) = load(out, depth_noise="none")
+    whole = load(rgbd, depth_noise="none").episode(some.episode_id)
+    assert np.array_equal(some.frames.timestamps_ns, whole.frames.timestamps_ns[::5])
+    assert np.array_equal(some.poses.timestamp_ns, whole.poses.timestamp_ns)
+    for k in range(len(some.frames)):
+        assert np.array_equal(some.frames[k].rgb, whole.frames[5 * k].rgb)
+        assert np.array_equal(some.frames[k].depth_m, whole.frames[5 * k].depth_m)
+
+
+@pytest.mark.parametrize("frames", ["every", "every:", "every:0", "every:-2", "every:1.5", "some", ""])
+def test_no_other_choice_of_frames(frames: str) -> None:
+    with pytest.raises(SchemaError, match="expected all, every:N"):
+        Job("rgbd-activity", 0, UNITS[:1], frames)
 
 
 # ---------------------------------------------------------------- recipes

@@ -15,7 +15,7 @@ from lit_room import HEIGHT_M, HERE, THERE, scene, table, wardrobe
 from hsbench.geometry.rays import pack_solids, segments_blocked
 from hsbench.schema import Room
 from hsbench.synth.render import sources as sources_module
-from hsbench.synth.render.filtering import LightGrid, smoothed
+from hsbench.synth.render.filtering import LightGrid, read_off, smoothed
 from hsbench.synth.render.illumination import Illumination, Points, _hemisphere, _spots
 from hsbench.synth.render.shading import lambert
 from hsbench.synth.render.sources import ALBEDO, Sources, person_lighting, sources_of
@@ -184,16 +184,17 @@ def test_scattering_keeps_the_mean_light_on_people(monkeypatch: pytest.MonkeyPat
     normals = np.random.default_rng(0).normal(size=(20_000, 3))
     normals = np.concatenate([normals, -normals]) / np.tile(np.linalg.norm(normals, axis=1), 2)[:, None]
     here = np.tile([x, y, 1.0], (len(normals), 1))
-    expected = lambert(here, normals, person_lighting(sources, camera)).mean()
+    expected = lambert(here, normals, person_lighting(sources, camera, sources.exposure(camera))).mean()
     monkeypatch.setattr(sources_module, "SCATTERED", scattered)
-    assert lambert(here, normals, person_lighting(sources, camera)).mean() == pytest.approx(expected, rel=0.01)
+    assert lambert(here, normals, person_lighting(sources, camera, sources.exposure(camera))).mean() == pytest.approx(expected, rel=0.01)
 
 
 def test_people_are_lit_like_the_room() -> None:
     """In the middle of the room, a surface that looks up or at the window: within a third of the traced light."""
     sources = replace(LIT.sources, sun=np.zeros(3))
     empty = Illumination(surfaces_of(scene().objects), sources)
-    lights = person_lighting(sources, np.array([1.0, 1.0]))
+    here = np.array([1.0, 1.0])
+    lights = person_lighting(sources, here, sources.exposure(here))
     exposure = sources.exposure(np.array([1.0, 1.0]))
     for normal in (UP, np.array([0.0, 1.0, 0.0])):
         there = np.array([[2.0, 1.8, 1.0]])
@@ -221,9 +222,24 @@ def test_smoothing_keeps_to_the_surface_and_removes_a_tile() -> None:
     light = np.where(left, 5.0, 1.0)[..., None] + pattern[..., None]
     valid = np.ones((h, w), bool)
     valid[:3, :3] = False
-    result = smoothed(LightGrid(valid, position, normal, light), reach).light[..., 0]
+    result = smoothed(LightGrid(valid, position, normal, light, False), reach).light[..., 0]
     mean = pattern[:8, :8].mean()
     assert result[8:-8, 8 : w // 2 - 5] == pytest.approx(5.0 + mean, abs=1e-9)
     assert result[8:-8, w // 2 + 5 : -8] == pytest.approx(1.0 + mean, abs=1e-9)
     assert (result[:3, :3] == 0).all()
     assert np.abs(result[8:-8, w // 2 - 3 : w // 2] - 5.0 - mean).max() < 1.0
+
+
+def test_light_of_a_picture_that_goes_round_knows_no_first_column() -> None:
+    """Turned by some columns, all that is smoothed and read off is the same, turned."""
+    rng = np.random.default_rng(1)
+    h, w, turn = 9, 24, 7
+    flat = np.zeros((h, w, 3))
+    grid = LightGrid(rng.random((h, w)) < 0.9, flat, flat + (0.0, 0.0, 1.0), rng.random((h, w, 2)), True)
+    turned = grid._replace(valid=np.roll(grid.valid, turn, 1), light=np.roll(grid.light, turn, 1))
+    assert np.allclose(smoothed(turned, 4).light, np.roll(smoothed(grid, 4).light, turn, 1), rtol=0, atol=1e-14)
+    here, there = np.empty(2), np.empty(2)
+    for column in np.arange(-0.5, w - 0.5, 0.25):
+        read_off(grid, 4.3, column, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, here)
+        read_off(turned, 4.3, (column + turn + 0.5) % w - 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, there)
+        assert here == pytest.approx(there, abs=1e-14)

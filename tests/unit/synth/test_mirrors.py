@@ -13,9 +13,10 @@ from hsbench.geometry.rays import pack_solids, segments_blocked
 from hsbench.geometry.transforms import apply
 from hsbench.schema import Scene, SceneObject
 from hsbench.synth.render import Lighting, Renderer, Window, open_renderer
-from hsbench.synth.render.background import _rays, background_rgb
+from hsbench.synth.render.background import background_rgb
 from hsbench.synth.render.colouring import points_seen
 from hsbench.synth.render.mirrors import Reflection, reflections
+from hsbench.synth.render.rays import rays_of
 from hsbench.synth.render.surfaces import Surfaces, surfaces_of, triangles_seen
 from hsbench.synth.scene_meshes import scene_meshes
 from hsbench.typing import UInt8Array, UInt16Array
@@ -54,8 +55,9 @@ def raycast() -> Renderer:
 def reflected(raycast: Renderer) -> tuple[Surfaces, Reflection, np.ndarray, np.ndarray]:
     """(Surfaces, the only reflection, (N, 3) places on the glass, (N,) triangles seen by way of them)."""
     surfaces = surfaces_of(SCENE.objects)
-    triangle = triangles_seen(surfaces, raycast, CAMERA, POSE, Window.full(CAMERA))
-    rays = _rays(CAMERA, POSE, Window.full(CAMERA))
+    everything = np.ones(len(surfaces.corners), dtype=np.bool_)
+    triangle = triangles_seen(surfaces, everything, raycast, CAMERA, POSE, Window.full(CAMERA))
+    rays = rays_of(CAMERA, POSE, Window.full(CAMERA))
     (found,) = reflections(triangle, rays, surfaces, STEP)
     position, _ = points_seen(triangle, rays, surfaces, 0, 1)
     shown = found.triangle >= 0
@@ -85,7 +87,7 @@ def test_each_path_obeys_the_law_of_reflection(
 def test_rims_of_glass_are_no_mirrors() -> None:
     surfaces = surfaces_of([mirror()])
     everything = np.arange(len(surfaces.corners), dtype=np.int32)[None]
-    rays = _rays(CAMERA, POSE, Window.full(CAMERA))
+    rays = rays_of(CAMERA, POSE, Window.full(CAMERA))
     eyes = [found.rays.eye[0] for found in reflections(everything, rays, surfaces, 1)]
     assert sorted(eyes) == pytest.approx([2 * x - EYE[0] for x in (GLASS_X_M, GLASS_X_M + 0.01)])  # front and back
 

@@ -154,9 +154,13 @@ def test_ids_and_depth_are_those_of_the_moved_scene_drawn_at_once(renderer: Rend
     recorded = film(made, stamps)
     for k, stamp in enumerate(stamps):
         picture, expected = recorded.picture(k), full_render(renderer, made, stamp)
-        assert np.array_equal(picture.depth_mm, expected.depth_mm)
-        # Where a person is less than a millimetre in front of a thing, the thing keeps the id, as without motion.
-        assert (picture.instance != expected.instance).sum() <= 2
+        person = (picture.instance > PERSON_ID_OFFSET) | (expected.instance > PERSON_ID_OFFSET)
+        off_mm = np.abs(picture.depth_mm.astype(int) - expected.depth_mm)
+        unlike = picture.instance != expected.instance
+        assert not (unlike | (off_mm > 0))[~person].any()
+        # People are drawn by their own rasteriser: in GL, silhouettes and depth are rounded otherwise.
+        assert (off_mm <= 1).mean() >= 0.999
+        assert (~unlike).mean() >= 0.999
     assert any((recorded.picture(k).instance > PERSON_ID_OFFSET).any() for k in range(3, len(stamps)))
 
 

@@ -1,4 +1,4 @@
-"""Where the camera stands: a heading that says nothing, at the outskirts, never in furniture, always the same."""
+"""Where cameras stand: a heading that says nothing, at the place of their kind, never in furniture, always the same."""
 
 from __future__ import annotations
 
@@ -8,13 +8,24 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare, kstest
 
+from hsbench.errors import SchemaError
+from hsbench.geometry.cameras import BrownCamera, PinholeCamera
 from hsbench.geometry.convex import span
 from hsbench.geometry.polygons import contains
 from hsbench.geometry.rays import cast, pack_solids
-from hsbench.geometry.transforms import is_rigid
+from hsbench.geometry.transforms import is_rigid, planar
 from hsbench.schema.scene import Part, Room, Scene, SceneObject
-from hsbench.synth.placement import CameraConfig, place_rgbd
+from hsbench.synth.placement import (
+    CAMERAS,
+    CameraConfig,
+    SphereConfig,
+    camera_config,
+    place_camera,
+    place_rgbd,
+    place_sphere,
+)
 from hsbench.synth.seeds import Seeds
+from hsbench.truth.walkable import walk_map
 
 RECTANGLE = np.array([[0.0, 0.0], [5.0, 0.0], [5.0, 4.0], [0.0, 4.0]])
 L_SHAPE = np.array([[0.0, 0.0], [5.0, 0.0], [5.0, 2.0], [2.6, 2.0], [2.6, 4.0], [0.0, 4.0]])
@@ -155,3 +166,136 @@ def test_a_room_without_a_clear_place_still_gets_a_camera() -> None:
     full = room(RECTANGLE, ((-1, -1, 0), (6, 5, 2.4)))
     pose, _ = place(full, 0)
     assert contains(full.rooms[0].outline_xy, pose[:2, 3])
+
+
+# --- kinds of cameras
+
+
+def test_cameras_are_taken_by_name_and_changed_key_by_key() -> None:
+    assert camera_config({}, "camera") == CameraConfig() == CAMERAS["kinect-v2-registered"]
+    own = camera_config({"preset": "security", "width_px": 320, "tilt_deg": (20.0, 25.0)}, "camera")
+    assert (own.stand, own.width_px, own.tilt_deg) == ("corner", 320, (20.0, 25.0))
+    with pytest.raises(SchemaError, match="preset is 'fisheye'; expected one of kinect-v2-registered, kinect-v2, ord"):
+        camera_config({"preset": "fisheye"}, "camera")
+    with pytest.raises(SchemaError, match="unknown keys"):
+        camera_config({"zoom": 2}, "camera")
+    with pytest.raises(SchemaError, match=r"camera\.stand is 'ceiling'"):
+        CameraConfig(stand="ceiling")
+
+
+def across_deg(camera: PinholeCamera | BrownCamera, corner: tuple[float, float], other: tuple[float, float]) -> float:
+    a, b = camera.rays_at(np.array([corner, other]))
+    return math.degrees(math.acos(a @ b / np.linalg.norm(a) / np.linalg.norm(b)))
+
+
+def test_cameras_see_as_wide_as_they_say() -> None:
+    kinect, security = CAMERAS["kinect-v2"].camera, CAMERAS["security"].camera
+    assert isinstance(kinect, BrownCamera)
+    assert (kinect.width_px, kinect.height_px) == (512, 424)
+    assert across_deg(kinect, (0.0, 212.0), (512.0, 212.0)) == pytest.approx(70.6, abs=1.0)  # its published field
+    assert across_deg(kinect, (256.0, 0.0), (256.0, 424.0)) == pytest.approx(60.0, abs=1.0)
+    assert across_deg(CONFIG.camera, (0.0, 240.0), (640.0, 240.0)) == pytest.approx(70.6, abs=0.1)
+    assert across_deg(security, (0.0, 240.0), (640.0, 240.0)) == pytest.approx(103.0, abs=0.5)
+
+
+def test_a_security_camera_hangs_in_a_corner_and_looks_into_the_room() -> None:
+    config = CAMERAS["security"]
+    floor = np.stack(np.meshgrid(np.arange(0.1, 5, 0.2), np.arange(0.1, 4, 0.2)), axis=-1).reshape(-1, 2)
+    for name, scene in ROOMS.items():
+        outline = scene.rooms[0].outline_xy
+        for k in range(25):
+            pose, sensor = place_camera("monocular", scene, config, Seeds(0).child(k).rng("camera"))
+            assert sensor.kind == "monocular"
+            assert 2.0 <= sensor.height_m <= 2.35  # .15 m below a ceiling at 2.5 m
+            assert 20.0 <= math.degrees(sensor.tilt_rad) <= 40.0
+            away = np.abs(outline - pose[:2, 3]).max(axis=1).min()
+            if name == "empty":  # elsewhere a corner may be full, or see the back of a shelf
+                assert away == pytest.approx(config.wall_distance_m, abs=2e-4)
+            ahead = (floor - pose[:2, 3]) @ pose[:2, 0] / np.linalg.norm(floor - pose[:2, 3], axis=1)
+            assert (ahead > math.cos(math.radians(51.5)))[contains(outline, floor)].mean() > 0.35
+
+
+def test_no_lens_is_put_into_the_ceiling() -> None:
+    low = Scene("s", ROOMS["empty"].rooms, 2.05, ())
+    for k in range(20):
+        _, sensor = place_camera("monocular", low, CAMERAS["security"], Seeds(0).child(k).rng("camera"))
+        assert sensor.height_m <= 1.9
+
+
+# --- in the middle
+
+
+SPHERE = SphereConfig()
+
+
+def seen_from_middle(scene: Scene, k: int, config: SphereConfig = SPHERE):
+    return place_sphere(scene, config, Seeds(0).child(k).rng("sphere"))
+
+
+@pytest.mark.parametrize("name", ROOMS)
+def test_a_sphere_stands_in_the_middle_where_a_body_can(name: str) -> None:
+    scene = ROOMS[name]
+    walk = walk_map(scene)
+    cells = walk.centres()[walk.free]
+    spread = np.array([((cells - cell) ** 2).sum(axis=1).mean() for cell in cells])
+    for k in range(30):
+        pose, sensor = seen_from_middle(scene, k)
+        assert (sensor.kind, sensor.tilt_rad, sensor.roll_rad) == ("equirectangular", 0.0, 0.0)
+        assert 1.2 <= sensor.height_m <= 1.8
+        mine = np.abs(cells - pose[:2, 3]).max(axis=1).argmin()
+        assert np.abs(cells[mine] - pose[:2, 3]).max() < 1e-4
+        assert (spread < spread[mine] - 1e-9).mean() < SPHERE.central_share + 1e-9
+
+
+def test_the_heading_of_a_sphere_says_nothing_of_the_walls() -> None:
+    headings = {name: [seen_from_middle(scene, k)[0][:2, 0] for k in range(80)] for name, scene in ROOMS.items()}
+    for found in headings.values():
+        assert np.array_equal(found, headings["empty"])  # whatever stands in the room
+    yaw = np.arctan2(*np.array(headings["empty"]).T[::-1])
+    assert kstest(np.mod(yaw, np.pi / 2) / (np.pi / 2), "uniform").pvalue > 0.05
+
+
+def test_a_sphere_keeps_out_of_the_way_of_doors() -> None:
+    leaf = SceneObject(
+        9,
+        "door",
+        planar(2.5, 4.0, np.pi),
+        (Part("leaf", (1, 2, 3), "door", span((-0.45, -0.06, 0), (0.45, -0.02, 2))),),
+    )
+    small = Scene("s", (Room("hall", np.array([[1.0, 1.5], [4.0, 1.5], [4.0, 4.0], [1.0, 4.0]])),), 2.5, (leaf,))
+    hinges = np.array([[2.05, 4.0], [2.95, 4.0]])
+    stood = np.array([seen_from_middle(small, k, SphereConfig(central_share=1.0))[0][:2, 3] for k in range(60)])
+    assert np.linalg.norm(stood[:, None] - hinges, axis=2).min() > 0.9
+    assert stood[:, 1].max() > 2.7  # and no farther than needed
+
+
+def test_a_place_before_a_shelf_is_left_for_a_clearer_one() -> None:
+    high = room(RECTANGLE, ((0.3, 1.2, 0.9), (4.6, 1.35, 2.0)), ((0.3, 2.45, 0.9), (4.6, 2.6, 2.0)))
+    free = SphereConfig(central_share=0.5, near_m=0.9, near_share=0.1)
+    for k in range(10):
+        pose, sensor = seen_from_middle(high, k, free)
+        solids = pack_solids([s for item in high.objects for s in item.solids])
+        image = cast(sensor.camera.scaled(0.1), pose @ sensor.world_T_camera, solids, np.zeros(2, np.int32), 1)
+        assert (image.depth_m < 0.9).mean() < 0.12
+
+
+def test_mesh_parts_count_as_convex_parts_do() -> None:
+    """The same boxes as triangles: the same cameras."""
+    scene = ROOMS["furnished"]
+    objects = tuple(
+        SceneObject(
+            item.object_id,
+            item.category_name,
+            item.scene_T_object,
+            tuple(Part(p.name, p.colour, p.role, None, (p.vertices, p.triangles)) for p in item.parts),
+        )
+        for item in scene.objects
+    )
+    imported = Scene(scene.scene_id, scene.rooms, scene.height_m, objects)
+    for k in range(4):
+        assert np.array_equal(seen_from_middle(scene, k)[0], seen_from_middle(imported, k)[0])
+        pose, sensor = place(imported, k)
+        lens = np.array([*pose[:2, 3], sensor.height_m])
+        for item in scene.objects:
+            low, high = item.solids[0].bounds
+            assert np.linalg.norm(lens - np.clip(lens, low, high)) > 0.1

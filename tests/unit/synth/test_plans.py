@@ -358,6 +358,22 @@ def test_an_opening_beyond_its_wall_is_refused() -> None:
         FloorPlan(plan.rooms, (tall,), plan.height_m, plan.outer_m, plan.outline_xy)
 
 
+def test_doors_do_not_open_across_each_other() -> None:
+    """The quarter disc that each leaf sweeps, the entrance's too, keeps from all other doorways; seldom it cannot."""
+    met = []
+    for i, plan in enumerate(plans()):
+        doors = [o for o in plan.openings if o.kind == "door"]
+        ways = [o for o in plan.openings if o.kind != "window"]
+        for door, other in itertools.product(doors, ways):
+            wall = plan.walls[door.front][door.wall]
+            hinge = wall.point(door.middle_m - door.hinge * door.width_m / 2, 0.0)
+            inside = Polygon(plan.rooms[door.front].outline_xy).buffer(0.01)
+            swept = Point(*hinge).buffer(door.width_m).intersection(inside)
+            if door is not other and swept.intersects(hole(plan, other).buffer(0.1)):
+                met.append(i)
+    assert len(set(met)) <= len(plans()) // 20, met
+
+
 def test_impossible_homes_are_refused() -> None:
     with pytest.raises(SchemaError, match="palace"):
         HomeConfig(programmes=(("palace", 1.0),))

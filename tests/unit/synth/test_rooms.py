@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import shapely
 from scipy import ndimage
+from shapely.affinity import affine_transform
 
 from hsbench.errors import SchemaError
 from hsbench.geometry.convex import span
@@ -38,6 +39,7 @@ from hsbench.synth.seeds import Seeds
 from hsbench.truth.walkable import WalkMap, connected_to_doors, walk_map
 
 TOUCH_M = 2e-3
+SEAT_AT_M = 0.7  # from the edge of a table to the middle of a seat at it
 NAMES = tuple(TEMPLATES)
 HOMES = tuple(PROGRAMMES)
 OPENING = ("door", "drawer", "front")
@@ -300,6 +302,61 @@ def test_seats_at_tables_face_them(scenes: list[Checked]) -> None:
             assert rectangle_distance(table, front + 0.3 * forward) <= 0.1, f"{checked.scene.scene_id}: looks away"
             checked_chairs += 1
     assert checked_chairs > 20
+
+
+def test_tables_to_eat_at_have_two_seats_and_as_many_across(scenes: list[Checked]) -> None:
+    for checked in scenes:
+        for table in (o for o in checked.things if o.category_name == "dining_table"):
+            half = np.abs(np.concatenate([p.vertices for p in table.parts])[:, :2]).max(axis=0)
+            seats = [o for o in checked.things if o.category_name in ("chair", "bench")]
+            at = [np.linalg.inv(table.scene_T_object) @ o.scene_T_object[:, 3] for o in seats]
+            near = [(o, p) for o, p in zip(seats, at, strict=True) if (np.abs(p[:2]) < half + SEAT_AT_M).all()]
+            along = [p[1] for o, p in near if abs(p[0]) < half[0] and o.category_name == "chair"]
+            sides = [sum(y > 0 for y in along), sum(y < 0 for y in along)]
+            assert len(near) >= 2, checked.scene.scene_id
+            assert 0 in sides or sides[0] == sides[1], checked.scene.scene_id
+
+
+def test_toilets_are_free_on_both_sides(scenes: list[Checked]) -> None:
+    for checked in scenes:
+        solid = [o for o in checked.things if o.box[2] - o.box[5] / 2 < 0.05 and o.category_name != "rug"]
+        for toilet in (o for o in checked.things if o.category_name == "toilet"):
+            points = np.concatenate([p.vertices for p in toilet.parts])
+            low, high = points.min(axis=0), points.max(axis=0)
+            beside = shapely.box(low[0] - 0.24, low[1], high[0] + 0.24, high[1])
+            matrix = toilet.scene_T_object
+            taken = affine_transform(beside, [*matrix[0, :2], *matrix[1, :2], *matrix[:2, 3]])
+            inside = [r for r in checked.scene.rooms if shapely.Polygon(r.outline_xy).buffer(1e-3).contains(taken)]
+            assert inside, checked.scene.scene_id
+            wedged = [o.category_name for o in solid if o is not toilet and footprint(o).intersects(taken)]
+            assert not wedged, (checked.scene.scene_id, wedged)
+
+
+def test_offices_are_no_homes(scenes: list[Checked]) -> None:
+    for checked in scenes:
+        types = [r.room_type for r in checked.scene.rooms]
+        names = [o.category_name for o in checked.things]
+        if len(types) > 1 and "living" not in types:
+            assert not {"shower", "bathtub", "washing_machine", "laundry_basket"} & set(names)
+        if types.count("bathroom") == 1 and len(types) > 1:
+            assert names.count("washbasin") == 1, checked.scene.scene_id
+
+
+def test_nothing_stands_below_a_shelf_on_a_wall(scenes: list[Checked]) -> None:
+    for checked in scenes:
+        standing = [o for o in checked.things if o.box[2] - o.box[5] / 2 < 0.05 and o.category_name not in UNDER]
+        for shelf in (o for o in checked.things if o.category_name == "shelf"):
+            below = [o.category_name for o in standing if footprint(o).intersects(footprint(shelf).buffer(-2e-3))]
+            assert not below, (checked.scene.scene_id, below)
+
+
+UNDER = ("rug", "desk")  # a work place may have a shelf above it
+
+
+def footprint(item: SceneObject) -> shapely.Polygon:
+    """The convex hull of an object seen from above."""
+    flat = np.concatenate([s.vertices[:, :2] for s in item.solids])
+    return shapely.MultiPoint(flat).convex_hull
 
 
 def rectangle_distance(item: SceneObject, xy: np.ndarray) -> float:
