@@ -30,6 +30,7 @@ from hsbench.synth.furniture.pieces import (
     slab,
     staves,
     tapered,
+    tone,
     turned,
     wood,
 )
@@ -39,10 +40,13 @@ from hsbench.synth.furniture.style import Finish, Style
 
 CERAMIC = Finish((244, 244, 242))
 CHROME = Finish((196, 199, 202))
-GLASS = Finish((198, 214, 220))
+SOAP = Finish((236, 214, 190))
 DARK = Finish((52, 56, 62))
 BATH_FLOOR_M = 0.14
-ENTRY_M, MIN_PANE_M = 0.66, 0.12  # open part of a shower's front, and the narrowest pane beside it
+TRAY_M = 0.016  # low enough to be walked on
+ENTRY_M = 0.66  # open part of a shower's front
+SHOWER_RAIL_M, SHOWER_FOLD_M, LEAST_FOLDS = 2.0, 0.05, 3  # of its curtain
+CURTAIN_HALF_M, HALF_WALL_M = 0.04, 0.08  # half depth of a curtain's folds, thickness of a low wall
 BOWL_LOW = 0.7  # how large the foot of a bowl is, of its rim
 BOWL_SEGMENTS = 12  # of the oval wall of a bowl
 WALL_M = 0.025  # thickness of ceramic
@@ -118,38 +122,71 @@ def _slope(inner: Rect, end: int, z0: float, z1: float) -> Part:
 
 
 def shower(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
-    """A walk-in corner shower: a flat tray, glass at one side and part of the front, a tap and a head on a pipe."""
+    """A walk-in shower: a flat tray, head and tap on a pipe, bottles on a board; open, with a curtain half drawn on its
+    rail, or with a low tiled wall at one side.
+    """
     room = size("shower")
-    width, depth, height = draw(rng, room.width_m, fit), draw(rng, room.depth_m, fit), draw(rng, (1.92, 2.1))
+    width, depth = draw(rng, room.width_m, fit), draw(rng, room.depth_m, fit)
     metal = pick(rng, (CHROME, Finish((50, 52, 54))))
     x, y, side = width / 2, depth / 2, pick(rng, (-1, 1))
-    tray = 0.016  # low enough to be walked on
-    framed = rng.random() < 0.5
-    pane, post = 0.01, 0.025
-    parts = [
-        slab("tray", CERAMIC, (-x, -y, x, y), 0.0, tray, None, 0.03, 0.004),
+    screen = pick(rng, (_shower_curtain, _half_wall, _no_screen))
+    top, tray = draw(rng, (1.98, 2.08)), TRAY_M
+    at, low = -side * x * 0.3, 1.05
+    return centred([
+        slab("tray", shade(CERAMIC, 0.93), (-x, -y, x, y), 0.0, tray, None, 0.03, 0.004),
         rod("drain", shade(CHROME, 0.7), (0, 0), 0.05, tray - 0.008, tray + 0.002, sides=10),
+        *screen(rng, style, x, y, side),
+        block("mixer", metal, (at - 0.09, y - 0.062, low), (at + 0.09, y - 0.024, low + 0.06)),
+        *(rod("wheel", metal, (at + s * 0.07, y - 0.085), 0.026, low + 0.012, low + 0.05, sides=10) for s in (-1, 1)),
+        pole("tap", metal, (at, y - 0.056, low + 0.025), (at, y - 0.13, low + 0.015), 0.016, 0.8, 6, "tap"),
+        pole("pipe", metal, (at, y - 0.02, tray - 0.004), (at, y - 0.02, top), 0.013, sides=6),
+        pole("arm", metal, (at, y - 0.02, top - 0.01), (at, y - 0.3, top - 0.01), 0.013, sides=6),
+        rod("head", metal, (at, y - 0.3), 0.125, top - 0.035, top - 0.012, 0.07, 14),
+        *_bottles(rng, style, at, y),
+    ])  # fmt: skip
+
+
+def _shower_curtain(rng: np.random.Generator, style: Style, x: float, y: float, side: int) -> list[Part]:
+    """Cloth in folds over one part of the front, hung from a rail between two posts."""
+    cloth, rail, face = fabric(rng, style), SHOWER_RAIL_M, -y + CURTAIN_HALF_M
+    count = max(LEAST_FOLDS, int((2 * x - ENTRY_M) / SHOWER_FOLD_M))
+    wave = oval_outline(SHOWER_FOLD_M / 2 + 0.004, CURTAIN_HALF_M - 0.012, 8)
+    parts = [rod("post", CHROME, (s * (x - 0.014), face), 0.013, TRAY_M - 0.004, rail, sides=8) for s in (-1, 1)]
+    parts.append(pole("rail", CHROME, (-x, face, rail), (x, face, rail), 0.012))
+    for k in range(count):
+        at = np.array([round(side * (x - 0.03 - (k + 0.5) * SHOWER_FOLD_M), 4), face + (0.012 if k % 2 else -0.012)])
+        light = shade(cloth, 0.92 + 0.08 * (k % 2))
+        parts.append(part("fold", light, loft([wave + at, wave * 0.9 + at], [0.06, rail - 0.012])))
+        parts.append(rod("ring", CHROME, at.tolist(), 0.01, rail - 0.02, rail - 0.002, sides=6))
+    return parts
+
+
+def _half_wall(rng: np.random.Generator, style: Style, x: float, y: float, side: int) -> list[Part]:
+    """A low tiled wall with a board on it."""
+    tiles = Finish(shade(pick(rng, style.walls), 0.9), style.wet_floor_textures[0])
+    height = draw(rng, (0.95, 1.2))
+    a, b = sorted((side * x, side * (x - HALF_WALL_M)))
+    return [
+        block("wall", tiles, (a, -y, TRAY_M - 0.004), (b, y, height - 0.02)),
+        block("board", shade(CERAMIC, 0.97), (a, -y, height - 0.02), (b, y, height)),
     ]
-    a, b = sorted((side * (x - 0.012), side * (x - 0.012 - pane)))
-    parts.append(block("glass", GLASS, (a, -y + 0.045, tray), (b, y - 0.006, height)))
-    front = -y + 0.012
-    inner = sorted((side * (x - 0.045), side * (x - 0.045 - max(MIN_PANE_M, width - ENTRY_M))))
-    parts.append(block("glass", GLASS, (inner[0], front, tray), (inner[1], front + pane, height)))
-    c, d = sorted((side * (x - 0.01), side * (x - 0.01 - post)))
-    parts.append(block("post", metal, (c, -y + 0.01, tray), (d, -y + 0.01 + post + 0.012, height + 0.01)))
-    if framed:
-        parts.append(block("frame", metal, (inner[0], front - 0.006, height), (inner[1], front + 0.016, height + 0.02)))
-        parts.append(block("frame", metal, (a - 0.004, -y + 0.047, height), (b + 0.004, y - 0.006, height + 0.02)))
-    top, wall = draw(rng, (2.0, 2.1)), y - 0.05
-    at = -side * x * 0.3
-    parts += [
-        block("mixer", CHROME, (at - 0.07, y - 0.058, 1.05), (at + 0.07, y - 0.024, 1.1)),
-        pole("tap", CHROME, (at, y - 0.052, 1.075), (at, y - 0.11, 1.09), 0.012, 0.8, 6, "tap"),
-        pole("pipe", CHROME, (at, y - 0.02, tray - 0.004), (at, y - 0.02, top), 0.011, sides=6),
-        pole("arm", CHROME, (at, y - 0.02, top - 0.01), (at, wall - 0.24, top - 0.01), 0.011, sides=6),
-        rod("head", CHROME, (at, wall - 0.24), 0.1, top - 0.035, top - 0.015, 0.06, 12),
-    ]
-    return centred(parts)
+
+
+def _no_screen(rng: np.random.Generator, style: Style, x: float, y: float, side: int) -> list[Part]:
+    """Nothing: the floor of the room runs on into the corner."""
+    return []
+
+
+def _bottles(rng: np.random.Generator, style: Style, x: float, y: float) -> list[Part]:
+    """Two bottles and a soap on a small board at the pipe of a shower."""
+    x0, z, row = x - 0.12, 1.3, y - 0.085
+    parts = [block("board", CHROME, (x0, y - 0.14, z - 0.01), (x0 + 0.24, y - 0.028, z))]
+    for k in range(2):
+        at, height = (x0 + 0.05 + 0.07 * k, row), draw(rng, (0.15, 0.22))
+        tint = tone(rng, Finish(pick(rng, style.accents)))
+        parts.append(rod("bottle", tint, at, 0.028, z - 0.001, z + height - 0.03, 0.026, 10))
+        parts.append(rod("cap", shade(tint, 0.6), at, 0.014, z + height - 0.032, z + height, sides=8))
+    return [*parts, slab("soap", SOAP, (x0 + 0.17, row - 0.025, x0 + 0.23, row + 0.025), z - 0.001, z + 0.025)]
 
 
 def washbasin(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
@@ -165,7 +202,8 @@ def _pedestal(rng: np.random.Generator, style: Style, x: float, y: float, height
     under = height - 0.17
     profile = ((0.11, 0.0), (0.075, 0.12), (0.08, under - 0.08), (0.12, under))
     column = turned("pedestal", CERAMIC, (0, y - 0.15), profile, 12)
-    return [*_trough((-x, -y, x, y), under, height, 0.035), *column, *tap(0.0, y - 0.045, height, 0.13, 0.16)]
+    trough = _trough((-x, -y, x, y), under, height, 0.035)
+    return [*trough, *column, *tap(0.0, y - 0.045, height, 0.13, 0.16), *_at_basin(rng, style, x, y, height)]
 
 
 def _vanity(rng: np.random.Generator, style: Style, x: float, y: float, height: float) -> list[Part]:
@@ -179,6 +217,7 @@ def _vanity(rng: np.random.Generator, style: Style, x: float, y: float, height: 
         *(doored if rng.random() < 0.5 else drawers(style, colour, metal, front, face, 2, 1)),
         *_trough((-x, -y, x, y), under, height, 0.045),
         *tap(0.0, y - 0.045, height, 0.13, 0.16),
+        *_at_basin(rng, style, x, y, height),
     ]
 
 
@@ -194,6 +233,20 @@ def _bowl_on_board(rng: np.random.Generator, style: Style, x: float, y: float, h
         *staves("basin", CERAMIC, oval, BOWL_LOW, WALL_M, board, height, middle.tolist()),
         part("basin", CERAMIC, loft([oval * 0.58 + middle, oval * 0.6 + middle], [board, board + 0.02])),
         *tap(0.0, y - 0.035, board, 0.13, 0.26),
+        *_at_basin(rng, style, x, y, board),
+    ]
+
+
+def _at_basin(rng: np.random.Generator, style: Style, x: float, y: float, z: float) -> list[Part]:
+    """A soap dispenser and a tumbler with a toothbrush behind a basin, right and left of its tap, at height z."""
+    tint, clay, back = tone(rng, Finish(pick(rng, style.accents))), shade(CERAMIC, 0.9), y - 0.05
+    right, left = x * 0.7, -x * 0.7
+    return [
+        rod("soap", tint, (right, back), 0.03, z - 0.001, z + 0.11, 0.026, 12),
+        rod("pump", CHROME, (right, back), 0.008, z + 0.108, z + 0.15, sides=8),
+        block("pump", CHROME, (right - 0.007, back - 0.045, z + 0.14), (right + 0.007, back + 0.008, z + 0.152)),
+        rod("tumbler", clay, (left, back), 0.03, z - 0.001, z + 0.095, 0.034, 12),
+        pole("brush", tint, (left, back, z + 0.09), (left + 0.03, back, z + 0.15), 0.006, sides=6),
     ]
 
 

@@ -28,6 +28,7 @@ from hsbench.synth.furniture.style import Finish, Rgb, Style
 
 RUG_M = 0.012  # thin enough to step on, thick enough for the sub-samples of occupancy
 FOLD_M = 0.06  # width of one fold of a curtain
+CURTAIN_M = (0.3, 0.6)  # width of a curtain drawn aside
 CURTAIN_LOW_M = 0.03  # a curtain ends so far above the floor
 PUFF = (
     (0.55, 0.0),
@@ -76,9 +77,14 @@ def rug_of(cloth: Rgb | Finish, edge: Rgb | Finish, width: float, depth: float) 
 
 def curtain(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[Part, ...]:
     """A gathered curtain on a rail with finials, from near the ceiling to just above the floor, in many folds."""
+    return curtain_of(rng, style, draw(rng, CURTAIN_M))
+
+
+def curtain_of(rng: np.random.Generator, style: Style, width: float) -> tuple[Part, ...]:
+    """A curtain of a width, to the next fold within what a gathered one may be wide."""
     cloth = fabric(rng, style)
     metal = Finish(pick(rng, style.metals))
-    folds, top = 5 + int(rng.integers(0, 4)), draw(rng, (2.18, 2.26))
+    folds, top = round(min(max(width, CURTAIN_M[0]), CURTAIN_M[1]) / FOLD_M), draw(rng, (2.18, 2.26))
     banded = bool(rng.random() < 0.3)
     tint = tone(rng, Finish(pick(rng, style.accents)))
     half = folds * FOLD_M / 2

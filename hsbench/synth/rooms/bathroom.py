@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hsbench.synth.rooms.clearance import CLEAR_SIDE_M
 from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.living import rug
 from hsbench.synth.rooms.poses import QUARTER, WALL_GAP_M, Context, Proposal, along_walls
-from hsbench.synth.rooms.search import HANG_GAP_M, together
+from hsbench.synth.rooms.search import HANG_GAP_M, below_window, together
 
-BESIDE_TOILET_M = (0.08, 0.2)  # free on each side of a toilet: least, and IRC 2021 R307.1 (.38 m from its middle)
 MIRROR_OVER_M = 0.15  # least height of a mirror's lower edge above the rim of its basin
 BASIN_PITCH_M = 0.08  # between two basins
 RAIL_GAP_M = 0.05  # basin to towel rail
@@ -35,6 +35,12 @@ def bathroom(ctx: Context, mode: str) -> Iterator[Proposal]:
         yield from together(ctx, (wet, basins, toilets))
 
 
+def wc(ctx: Context, mode: str) -> Iterator[Proposal]:
+    """Toilet and basin with mirror, as in an office."""
+    rng = ctx.rng("bathroom")
+    yield from together(ctx, (_toilets(ctx, rng), _basins(ctx, rng, 1)))
+
+
 def _wet(ctx: Context, piece: Piece, rng: np.random.Generator) -> list[Proposal]:
     """A bath or shower in a corner, its long side or its short one at the wall; a mat before it."""
     turns = (0.0, QUARTER, -QUARTER) if piece.category_name == "bathtub" else (0.0,)
@@ -50,8 +56,9 @@ def _wet(ctx: Context, piece: Piece, rng: np.random.Generator) -> list[Proposal]
 
 def _toilets(ctx: Context, rng: np.random.Generator) -> list[Proposal]:
     piece = ctx.piece("toilet")
-    half = piece.width / 2 + BESIDE_TOILET_M[int(ctx.fit > 0.0)]
-    return [[Item(piece, pose)] for _, _, pose in along_walls(ctx, piece, rng, "any", WALL_GAP_M, half_m=half)]
+    half = piece.width / 2 + CLEAR_SIDE_M["toilet"]
+    proposals = [[Item(piece, pose)] for _, _, pose in along_walls(ctx, piece, rng, "any", WALL_GAP_M, half_m=half)]
+    return sorted(proposals, key=lambda items: below_window(ctx, items[0]))
 
 
 def _basins(ctx: Context, rng: np.random.Generator, count: int) -> list[Proposal]:

@@ -36,7 +36,11 @@ def bed(ctx: Context, mode: str) -> Iterator[Proposal]:
             return
     company = _company(ctx, frame, rng)
     if frame.width > DOUBLE_M:
-        for _, _, pose in along_walls(ctx, frame, rng, "middle", half_m=frame.width / 2 + BESIDE_M):
+        poses = [p for _, _, p in along_walls(ctx, frame, rng, "middle", half_m=frame.width / 2 + BESIDE_M)]
+        # Where both night stands have their place comes first.
+        lacking = [sum(not ctx.layout.free_of(i, ()) for i in _night_stands(frame, stand, p)) for p in poses]
+        for k in np.argsort(lacking, kind="stable"):
+            pose = poses[int(k)]
             yield [Item(frame, pose), *_night_stands(frame, stand, pose), *_moved(company, pose)]
     for pose in _cornered(ctx, frame, rng):
         yield [Item(frame, pose), *_night_stands(frame, stand, pose), *_moved(company, pose)]

@@ -38,6 +38,10 @@ CLEAR_FRONT_M: dict[str, float] = {
 }
 """Category -> depth of the zone before its front that others keep free, metres."""
 
+CLEAR_SIDE_M: dict[str, float] = {"toilet": 0.25, "shelf": 0.0, "radiator": 0.05}
+"""Category -> how far this zone, and with it the floor below and beside the body, reaches to either side (our default;
+IRC 2021, R307.1, asks for .38 m from the middle of a toilet)."""
+
 TIGHT_FRONT_M: dict[str, float] = {
     "toilet": 0.53,
     "washbasin": 0.32,

@@ -9,10 +9,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from hsbench.geometry.convex import span
 from hsbench.geometry.polygons import contains, outline_distance
+from hsbench.schema.scene import Part
 from hsbench.synth.furniture import Style, size
 from hsbench.synth.furniture.lamps import CEILING_LAMPS, ceiling_lamp_of
 from hsbench.synth.furniture.pieces import draw
+from hsbench.synth.furniture.textiles import curtain_of
 from hsbench.synth.furniture.wall import picture_of
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.synth.rooms.items import Item, Piece, Pose
@@ -23,6 +26,7 @@ from hsbench.synth.rooms.shell import DOOR_SIDE_M, Opening, Wall
 from hsbench.synth.seeds import Seeds
 from hsbench.typing import FloatArray
 
+CURTAIN_SHARE = 0.3  # width of a curtain drawn aside, of that of its window
 CURTAIN_SIDE_M = 0.01  # to what is kept free before a window
 CURTAIN_LIFT_M = 0.045  # it ends above the skirting
 RADIATOR_SHARE = 0.8  # of windows with one below
@@ -36,6 +40,8 @@ SECOND_LAMP_SHARE = 0.8  # another lamp hangs where walls are at least this far,
 EYE_M = 1.5  # middle of a picture above the floor: museums hang at 1.45 to 1.55 m
 HIGHEST_M = 1.9  # and the highest middle over furniture
 ABOVE_M, BESIDE_M = 0.12, 0.05  # picture to what stands below it, and what counts as below
+THIN_M = 0.01  # less than any picture
+SIDE_BY_SIDE_M, SAME_HEIGHT_M = 1.0, 0.005  # pictures of a wall no farther apart have their middles at one height
 CLOCK_M = 1.95
 TO_CEILING_M = 0.1
 PICTURES_PER_M = 0.16  # of wall, on average
@@ -75,7 +81,7 @@ def curtains(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> 
         own = seeds.child(f"curtain-{i}")
         if own.rng("wish").random() >= config.curtain_share:
             continue
-        piece = Context(layout, style, own, config).piece("curtain")
+        piece = Piece("curtain", curtain_of(own.rng("shape"), style, CURTAIN_SHARE * hole.width_m))
         off = hole.width_m / 2 + DOOR_SIDE_M + piece.width / 2 + CURTAIN_SIDE_M
         places = [hole.middle_m + s * off for s in (-1, 1)]
         places = [p for p in places if piece.width / 2 < p < wall.length_m - piece.width / 2]
@@ -153,6 +159,14 @@ def pictures(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> 
         half = (count * (width_m + ROW_GAP_M) - ROW_GAP_M) / 2
         if not half <= along <= wall.length_m - half:
             continue
+        # Most places are taken: a plain box shows it before pictures are made.
+        low, high = (-width_m / 2, -THIN_M / 2, 0.0), (width_m / 2, THIN_M / 2, height_m)
+        box = Piece("picture", (Part("box", (0, 0, 0), None, span(low, high)),))
+        tried = _row(layout, [box] * count, wall, along)
+        if not tried or not all(layout.free_of(item, ()) for item in tried):
+            continue
+        if any(_uneven(a, b) for a in tried for b in items):
+            continue
         framed = [(ctx.rng(f"frame-{k}"), ctx.rng(f"image-{k}-{i}")) for i in range(count)]  # alike in a row
         row = _row(
             layout, [Piece("picture", picture_of(*own, style, width_m, height_m)) for own in framed], wall, along
@@ -197,6 +211,14 @@ def _row(layout: Layout, pieces: Sequence[Piece], wall: Wall, along: float) -> l
     if middle > HIGHEST_M or middle + half > layout.shell.size_m[2] - TO_CEILING_M:
         return []
     return [_hung(piece, wall, at, middle) for piece, at in zip(pieces, places, strict=True)]
+
+
+def _uneven(a: Item, b: Item) -> bool:
+    """Whether two pictures hang side by side on one wall at different heights."""
+    (x0, y0), (x1, y1) = a.corners.min(axis=0), a.corners.max(axis=0)
+    (u0, v0), (u1, v1) = b.corners.min(axis=0), b.corners.max(axis=0)
+    near = max(u0 - x1, x0 - u1) < SIDE_BY_SIDE_M and max(v0 - y1, y0 - v1) < SIDE_BY_SIDE_M
+    return a.pose.yaw == b.pose.yaw and near and abs(sum(a.z_range) - sum(b.z_range)) / 2 > SAME_HEIGHT_M
 
 
 def _hung(piece: Piece, wall: Wall, along: float, middle_m: float) -> Item:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from itertools import zip_longest
 
 import numpy as np
@@ -26,6 +25,8 @@ LEG_ROOM_M = 0.35  # wide and deep before a seat (task affordance-topdown)
 LEG_SIDE_M = 0.02  # more on either side, for chairs that stand a little turned
 CORNER_M = 0.04  # at each end of a long side without a seat
 WALK_BEHIND_M = 0.55
+LEAST_CHAIRS = 2  # at a table
+PULL_M = 0.25  # free behind a chair at a table: to push it back and get up
 AROUND_M = 0.1  # a table in a small room to the wall
 WALL_M, BENCH_GAP_M = 0.03, 0.04  # a table to the wall behind it, to its bench
 BENCH_WALL_M = 0.1  # a bench to the wall: who sits there has a window sill behind the back
@@ -60,15 +61,15 @@ def in_middle(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator
 
 
 def cramped(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) -> Iterator[Proposal]:
-    """For small rooms, by turns: a table with a side at a wall, with an end there, in the room; two or four chairs.
-
-    Last come those where a chair cannot be pulled back, and a table with place for one at its side.
-    """
+    """For small rooms, by turns: a table with a side at a wall, with an end there, in the room; two or four chairs."""
 
     def before() -> Iterator[Proposal]:
         for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M):
             if fits(ctx, table, pose):
-                yield [Item(table, pose), *chairs_before(table, chair, pose, rng)]
+                if len(side_places(table)) >= LEAST_CHAIRS:
+                    yield [Item(table, pose), *chairs_before(table, chair, pose, rng)]
+                for chairs in _chairs_at_corner(table, chair, pose, rng):
+                    yield [Item(table, pose), *chairs]
 
     def at_end() -> Iterator[Proposal]:
         for _, _, pose in along_walls(ctx, table, rng, "any", WALL_M, turn=QUARTER):
@@ -80,22 +81,17 @@ def cramped(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) 
             if fits(ctx, table, pose):
                 yield [Item(table, pose), *chairs_round(ctx, table, chair, pose, rng, False)[:2]]
 
-    alone = len(side_places(table)) == 1
-    found = []
-    for turn in zip_longest(*(() if alone else (before(),)), at_end(), free()):
-        for proposal in (p for p in turn if p is not None):
-            yield proposal
-            found.append(proposal)
-    for proposal in found:
-        yield [replace(item, behind_m=0.0) for item in proposal]
-    if alone:
-        yield from before()
+    for turn in zip_longest(before(), at_end(), free()):
+        yield from (proposal for proposal in turn if proposal is not None)
 
 
 def chairs_round(
     ctx: Context, table: Piece, chair: Piece, pose: Pose, rng: np.random.Generator, open_end: bool, closed: int = 0
 ) -> list[Item]:
-    """Chairs round a table; the first two must fit. ``closed``: the sign of x of an end that stands at a wall."""
+    """Chairs round a table: two across from each other, and more such pairs as there is space.
+
+    ``closed``: the sign of x of an end that stands at a wall.
+    """
     places = _round_places(table, chair, rng) if _is_round(table) else _long_places(table, chair, open_end, closed)
     items = []
     for i, ((x, y, yaw), pull) in enumerate(zip(places, _pulls(table, chair, places), strict=True)):
@@ -109,8 +105,11 @@ def chairs_round(
         # The front (-y) of a chair looks at the table; back off along it.
         off_x, off_y = -math.sin(yaw) * gap, math.cos(yaw) * gap
         at = pose.then(x + off_x, y + off_y, yaw + turn)
-        items.append(Item(chair, at, optional=i >= 2, behind_m=max(0.0, pull - gap)))
-    return items
+        items.append(Item(chair, at, optional=i >= LEAST_CHAIRS, behind_m=max(PULL_M, pull - gap)))
+    # Those across from each other stay or go together.
+    pairs = [items[i : i + 2] for i in range(0, len(items), 2)]
+    free = (pair for pair in pairs[1:] if all(ctx.layout.free_of(item, ()) for item in pair))
+    return [*pairs[0], *(item for pair in free for item in pair)]
 
 
 def _pulls(table: Piece, chair: Piece, places: Sequence[tuple[float, float, float]]) -> list[float]:
@@ -163,15 +162,27 @@ def _round_places(table: Piece, chair: Piece, rng: np.random.Generator) -> list[
 
 
 def chairs_before(table: Piece, chair: Piece, pose: Pose, rng: np.random.Generator) -> list[Item]:
-    """Chairs along the side of a table whose other side is at a wall; the first must fit."""
+    """Chairs along the side of a table whose other side is at a wall; the first two must fit."""
     y = -(table.depth / 2 + chair.depth / 2 + SEAT_GAP_M[1])
     places = [(x, y, HALF_TURN) for x in side_places(table)]
     pulls = _pulls(table, chair, places)
     seats = [pose.then(x, y, yaw + jitter(rng, STRAIGHT_DEG)) for x, y, yaw in places]
     return [
-        Item(chair, seat, optional=i > 0, behind_m=pull)
+        Item(chair, seat, optional=i >= LEAST_CHAIRS, behind_m=max(PULL_M, pull))
         for i, (seat, pull) in enumerate(zip(seats, pulls, strict=True))
     ]
+
+
+def _chairs_at_corner(table: Piece, chair: Piece, pose: Pose, rng: np.random.Generator) -> Iterator[list[Item]]:
+    """Two chairs at a table whose side is at a wall: at both ends, or one before it and one at an end."""
+    end, out = (table.width + chair.width) / 2 + SEAT_GAP_M[1], (table.depth + chair.depth) / 2 + SEAT_GAP_M[1]
+    right, left, before = (end, 0.0, -QUARTER), (-end, 0.0, QUARTER), (0.0, -out, HALF_TURN)
+    for places in ((right, left), (before, right), (before, left)):
+        seats = [(x, y, yaw + jitter(rng, STRAIGHT_DEG)) for x, y, yaw in places]
+        pulls = _pulls(table, chair, places)
+        yield [
+            Item(chair, pose.then(*seat), behind_m=max(PULL_M, pull)) for seat, pull in zip(seats, pulls, strict=True)
+        ]
 
 
 def _with_bench(ctx: Context, table: Piece, chair: Piece, rng: np.random.Generator) -> Iterator[Proposal]:

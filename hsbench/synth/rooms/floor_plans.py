@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hsbench.errors import SchemaError
 from hsbench.schema.scene import Room
 from hsbench.synth.rooms.config import HomeConfig, RoomConfig, Weights
 from hsbench.synth.rooms.plan import FloorPlan
@@ -17,6 +18,7 @@ from hsbench.synth.rooms.room_kinds import PROGRAMMES, ROOM_KINDS, Range
 from hsbench.synth.seeds import Seeds
 from hsbench.typing import FloatArray, IntArray
 
+DRAWS = 4  # of entrance and doors
 PARTY_WALL_SHARE = 0.4  # of the sides of a flat, without windows: the neighbours are there
 SIDES = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
@@ -44,14 +46,39 @@ def draw_home_plan(seeds: Seeds, config: HomeConfig) -> FloorPlan:
     corners = [outline_of(r, c) for r, c in zip(sketch.rects, sketch.cuts, strict=True)]
     whole = np.concatenate(corners)
     body: Rect = (*map(int, whole.min(axis=0)), *map(int, whole.max(axis=0)))  # type: ignore[assignment]
-    planner = _planner(corners, (body,), types, outer, height, seeds.rng("openings"))
-    planner.entrance(0)
-    planner.connect(0)
+    planner = _reached(corners, body, types, outer, height, seeds)
     planner.open_up(config.open_share)
     blind = _party_walls(rng, planner)
     for room in range(len(types)):
         planner.windows(room, blind)
     return FloorPlan(tuple(planner.rooms), tuple(planner.openings), height, outer, planner.outline_xy)
+
+
+def _reached(
+    corners: list[IntArray], body: Rect, types: Sequence[str], outer_m: float, height_m: float, seeds: Seeds
+) -> OpeningPlanner:
+    """Rooms with entrance and doors such that each is reached, of some draws one without a way through a bedroom or an
+    office. Where no draw leaves the swing of the entrance free, other doors may lead into it.
+
+    Raises SchemaError where no wall takes a door.
+    """
+
+    def drawn(name: str, swings: bool) -> OpeningPlanner:
+        planner = _planner(corners, (body,), types, outer_m, height_m, seeds.rng(name))
+        planner.entrance(0, swings)
+        planner.connect(0)
+        return planner
+
+    found = None
+    for k in range(DRAWS):
+        try:
+            planner = drawn(f"openings-{k}", swings=True)
+        except SchemaError:
+            continue
+        if not planner.through_private:
+            return planner
+        found = found or planner
+    return found or drawn("openings", swings=False)
 
 
 def _party_walls(rng: np.random.Generator, planner: OpeningPlanner) -> FloatArray:

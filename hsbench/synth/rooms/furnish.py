@@ -45,17 +45,19 @@ DEFINING: dict[str, tuple[frozenset[str], ...]] = {
     "kitchen": (frozenset(("kitchen_counter",)),),
     "dining": (frozenset(("dining_table",)),),
     "bathroom": (frozenset(("toilet",)), frozenset(("washbasin",)), frozenset(("shower", "bathtub"))),
+    "wc": (frozenset(("toilet",)), frozenset(("washbasin",))),
     "study": (frozenset(("desk",)),),
     "office": (frozenset(("desk",)),),
     "meeting": (frozenset(("meeting_table",)),),
 }
-"""Room type -> sets of categories; a room of the type has one of each set."""
+"""``Template.kind`` -> sets of categories; such a room has one of each set."""
 
 RESORTS: dict[str, str] = {
     "living": "reading", "bedroom": "bed", "kitchen": "kitchen", "dining": "dining:wall", "bathroom": "bathroom:shower",
+    "wc": "wc",
     "study": "desk:wall", "office": "desk:wall", "meeting": "meeting:board",
 }  # fmt: skip
-"""Room type -> the group that comes first where those of the template do not make the room what it is."""
+"""``Template.kind`` -> the group that comes first where those of the template do not make the room what it is."""
 BESIDES: dict[str, frozenset[str]] = {
     "kitchen": frozenset(("kitchen_counter",)),
     "bed:alcove": frozenset(("bed", "bunk_bed")),
@@ -80,7 +82,7 @@ def furnish(
     done = ONCE.intersection(group_name(group) for group in core)
     extras = [group for group in template.extras if group_name(group) not in done]
     _place_extras(layout, style, seeds, extras, round(wish * shell.area_m2 / USUAL_M2))
-    _fill_up(layout, style, seeds.child("filler"), FILLERS_OF[template.room_type])
+    _fill_up(layout, style, seeds.child("filler"), FILLERS_OF[template.kind])
     for finish in FINISHES:
         finish(layout, style, seeds, layout.config)
     return layout
@@ -106,9 +108,9 @@ def _place_essentials(layout: Layout, style: Style, seeds: Seeds, template: Temp
 
 def _essentials(template: Template) -> list[tuple[str, frozenset[str]]]:
     """(group, categories of which the room has one and which the group brings), those it cannot do without first."""
-    own = DEFINING.get(template.room_type, ())
+    own = DEFINING.get(template.kind, ())
     held = [(g, c) for g, c in BESIDES.items() if c not in own and template.holds(group_name(g))]
-    return [*((RESORTS[template.room_type], categories) for categories in own), *held]
+    return [*((RESORTS[template.kind], categories) for categories in own), *held]
 
 
 def _has(layout: Layout, wanted: Sequence[tuple[str, frozenset[str]]]) -> list[bool]:

@@ -13,7 +13,7 @@ from itertools import chain
 import numpy as np
 
 from hsbench.synth.furniture import WALL_HUNG
-from hsbench.synth.rooms.bathroom import bathroom
+from hsbench.synth.rooms.bathroom import bathroom, wc
 from hsbench.synth.rooms.bedroom import bed, bunk
 from hsbench.synth.rooms.dining import BENCH_WALL_M, dining
 from hsbench.synth.rooms.dividers import divider
@@ -33,6 +33,7 @@ LOOSE = frozenset(("coat_rack", "waste_bin", "laundry_basket", "water_cooler"))
 """What stands at walls and aside from the line through a door, as plants and lamps do."""
 MOST_STOOLS = 2  # that stand about
 NO_SHELF_OVER = frozenset(("bed", "bunk_bed", "sofa", "armchair", "dining_table", "meeting_table"))
+ASIDE_M = 0.8  # the middle of a table to the line straight out from the board in view
 HEAD_M = 0.15  # a shelf to the side of these
 
 
@@ -73,6 +74,16 @@ def _shelf(ctx: Context, mode: str) -> Iterator[Proposal]:
     for proposal in _at_wall("shelf", "middle", HANG_GAP_M, 2)(ctx, mode):
         a, b = (f(proposal[0].corners, axis=0) for f in (np.min, np.max))
         if not any((np.minimum(b, c.max(axis=0)) - np.maximum(a, c.min(axis=0)) > -HEAD_M).all() for c in below):
+            yield proposal
+
+
+def _whiteboard(ctx: Context, mode: str) -> Iterator[Proposal]:
+    """A whiteboard, where there is a table to meet at straight before that."""
+    tables = [item for item in ctx.layout.items if item.piece.category_name == "meeting_table"]
+    for proposal in _at_wall("whiteboard", "middle", HANG_GAP_M, 1)(ctx, mode):
+        pose = proposal[0].pose
+        c, s = pose.direction
+        if all(abs(c * (t.pose.x - pose.x) + s * (t.pose.y - pose.y)) < ASIDE_M for t in tables):
             yield proposal
 
 
@@ -117,6 +128,7 @@ _GROUPS: dict[str, Group] = {
     "dining": dining,
     "kitchen": kitchen,
     "bathroom": bathroom,
+    "wc": wc,
     "bed": bed,
     "bunk": bunk,
     "desk": desk,
@@ -138,7 +150,7 @@ _GROUPS: dict[str, Group] = {
     "laundry_basket": _at_wall("laundry_basket", "corner", most=1),
     "towel_rail": _at_wall("towel_rail", "any", HANG_GAP_M, 1),
     "mirror": _at_wall("mirror", "any", HANG_GAP_M, 1),
-    "whiteboard": _at_wall("whiteboard", "middle", HANG_GAP_M, 1),
+    "whiteboard": _whiteboard,
     "filing_cabinet": _at_wall("filing_cabinet", "corner", most=3),
     "water_cooler": _at_wall("water_cooler", "corner", most=1),
     "coat_rack": _at_wall("coat_rack", "corner", most=1),

@@ -15,7 +15,7 @@ from hsbench.geometry.transforms import cos_sin, planar
 from hsbench.schema.scene import Part
 from hsbench.synth.furniture import WALL_HUNG
 from hsbench.synth.furniture.shapes import quantised
-from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, OPENING_ROLES, SITTING_M, SITTING_ROLES
+from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, CLEAR_SIDE_M, OPENING_ROLES, SITTING_M, SITTING_ROLES
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.truth.walkable import HEAD_ROOM_M, STEP_M, Shadows, shadows
 from hsbench.typing import FloatArray
@@ -23,6 +23,7 @@ from hsbench.typing import FloatArray
 ON_FLOOR_M = 0.05  # what begins below this height stands on the floor and meets the skirting
 BACKING_M, BACKING_SIDE_M = (0.04, 0.05), 0.01  # behind what hangs on a wall there is wall, but for its very sides
 LOW_M = 0.42  # the lowest seats of chairs at a table
+BEFORE_TOILET_M, STANDS_M = 0.3, 0.15  # somebody stands there before sitting down, or this near to it
 BEDSIDE_SHARES = (0.3, 0.5)  # places along a bed's side, from its foot, where one gets in
 
 
@@ -158,11 +159,16 @@ class Item:
 
     @cached_property
     def zone(self) -> FloatArray | None:
-        """(4, 2) floor in front, or from its front to behind it, that others leave free; or None."""
+        """(4, 2) floor in front, with that below and beside it or from its front to behind it, that others leave free;
+        or None.
+        """
         x0, y0, _, x1, y1, _ = self.piece.box
         if self.behind_m > 0:
             return self.rectangle(x0, y0, x1, y1 + self.behind_m)
         depth = CLEAR_FRONT_M.get(self.piece.category_name) if self.front_m is None else self.front_m
+        side = CLEAR_SIDE_M.get(self.piece.category_name)
+        if side is not None:
+            return self.rectangle(x0 - side, y0 - (depth or 0.0), x1 + side, y1)
         return None if depth is None else self.rectangle(x0, y0 - depth, x1, y0)
 
     @cached_property
@@ -206,6 +212,9 @@ class Item:
         Every seat, one of the parts that open, one side of a mattress.
         """
         found = [(seat[None], config.seat_reach_m) for seat in self.middles(("seat",))]
+        if self.piece.category_name == "toilet":
+            before = np.array([[0.0, self.piece.box[1] - BEFORE_TOILET_M]])
+            found.append((quantise_m(self.pose.plane(before)), STANDS_M))
         opening = self.middles(OPENING_ROLES)
         if len(opening):
             found.append((opening, config.hand_reach_m))

@@ -18,7 +18,7 @@ from hsbench.synth.furniture.pieces import draw
 from hsbench.synth.rooms.items import Item, Piece
 from hsbench.synth.rooms.placing import APART_M
 from hsbench.synth.rooms.poses import QUARTER, WALL_GAP_M, Context, Proposal, along_walls, at_wall
-from hsbench.synth.rooms.search import HANG_GAP_M, across_m, standing, stretches, together, top_m
+from hsbench.synth.rooms.search import HANG_GAP_M, across_m, below_window, standing, stretches, together, top_m
 from hsbench.synth.rooms.shell import Wall
 
 Stretch = tuple[Wall, float, float]
@@ -53,6 +53,17 @@ def kitchen(ctx: Context, mode: str) -> Iterator[Proposal]:
     """
     rng = ctx.rng("kitchen")
     units = _Units(ctx, rng)
+    below = []  # a window: there one cooks only where nothing else is left
+    for proposal in _lines(ctx, mode, units, rng):
+        if any(item.piece is units.hood and below_window(ctx, item) for item in proposal):
+            below.append(proposal)
+        else:
+            yield proposal
+    if ctx.fit == 0.0:
+        yield from below
+
+
+def _lines(ctx: Context, mode: str, units: _Units, rng: np.random.Generator) -> Iterator[Proposal]:
     free = stretches(ctx, "kitchen_counter", units.depth, units.height)
     order = [STRETCH_CHANCE_M * rng.random() - (high - low) for _, low, high in free]  # the longest first, by and large
     free = [free[int(i)] for i in np.argsort(order, kind="stable")]
@@ -244,7 +255,7 @@ def _galleys(units: _Units, free: Sequence[Stretch]) -> Iterator[Proposal]:
         if first[0].inward @ second[0].inward > -0.5 or not GALLEY_M[0] <= way <= GALLEY_M[1]:
             continue
         spare = min(second[2] - second[1], draw(units.rng, COOK_RUN_M)) - units.width(units.cook)
-        if units.length(line) <= first[2] - first[1] and spare >= 0:
+        if units.length(line) <= first[2] - first[1] and spare >= LEAST_COUNTER_M + UNIT_GAP_M:
             cooking = units.worktops(spare, before=units.cook)
             for from_high in (True, False):
                 yield units.dressed([*units.laid(first, line, from_high), *units.laid(second, cooking, not from_high)])

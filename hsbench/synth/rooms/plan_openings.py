@@ -32,6 +32,7 @@ OPEN_DEG, FAR_OPEN_DEG = (
     (82.0, 90.0),
     (92.0, 100.0),
 )  # leaves near a corner stand at the wall beside them, others farther
+CLOSED_SWING_RAD = quantise_angle(math.pi / 2)  # floor that a closed door needs to be opened
 FAR_M = 0.35  # from the hinge to the corner, for a leaf that is turned beyond the right angle
 PAST_LEAF_M = 0.75  # from the tip of a leaf to the wall opposite
 INNER_LIMIT_M = 0.25  # walls between rooms are thinner than this
@@ -43,6 +44,8 @@ TRIED = 24  # places tried for one opening
 LEAFLESS_SHARE = 0.4
 LEAFLESS = frozenset(("living", "kitchen", "dining"))
 """Rooms that may have a passage without a leaf."""
+PRIVATE = frozenset(("bedroom", "study", "office", "meeting"))
+"""Rooms that no way should lead through."""
 OPEN_PLAN = (("living", "dining"), ("kitchen", "dining"), ("living", "kitchen"))
 """Neighbours that may have a wide passage besides their doors."""
 
@@ -84,11 +87,14 @@ class OpeningPlanner:
         self._zones: list[list[tuple[FloatArray, bool]]] = [[] for _ in self.rooms]
         self._door_height = min(self._between(DOOR_HEIGHT_M), round(self.height_m - LINTEL_M, 2))
 
-    def entrance(self, room: int) -> None:
-        """The closed door to the outside. Raises SchemaError where no outer wall is long enough."""
+    def entrance(self, room: int, swings: bool = True) -> None:
+        """The closed door to the outside; ``swings``: the floor that its leaf needs to open is kept from other doors.
+
+        Raises SchemaError where no outer wall has the place.
+        """
         stretches = [s for s in self.outer(room) if round(s.length_m, 2) >= ENTRANCE_M[0] + 2 * CORNER_M]
         for stretch in self._by_length(stretches):
-            if self._way(stretch, "door", self._fitted(ENTRANCE_M, stretch, CORNER_M), closed=True):
+            if self._way(stretch, "door", self._fitted(ENTRANCE_M, stretch, CORNER_M), CLOSED_SWING_RAD * swings):
                 return
         raise SchemaError(f"room {room} of the plan has no outer wall that takes a door of {ENTRANCE_M[0]} m")
 
@@ -103,6 +109,12 @@ class OpeningPlanner:
                 names = ", ".join(self.rooms[i].room_type for i in rest)
                 raise SchemaError(f"plan: {names} cannot be reached; expected a wall with place for a door")
             reached.append(done)
+
+    @property
+    def through_private(self) -> bool:
+        """Whether a room is reached through one of ``PRIVATE`` only."""
+        ways = (o for o in self.openings if o.kind != "window" and o.back != OUTSIDE)
+        return any(self.rooms[o.back].room_type in PRIVATE for o in ways)
 
     def open_up(self, share: float) -> None:
         """Wide passages between rooms for living, cooking and eating, where they have a common wall."""
@@ -169,6 +181,7 @@ class OpeningPlanner:
 
     def _join(self, child: int, parent: int) -> bool:
         leafless = self.rooms[child].room_type in LEAFLESS and self.rng.random() < LEAFLESS_SHARE
+        leafless = leafless and self.rooms[parent].room_type not in PRIVATE
         kind = "passage" if leafless else "door"
         return any(self._way(s, kind, self._fitted(DOOR_M, s, CORNER_M)) for s in self.between(child, parent))
 
@@ -176,22 +189,26 @@ class OpeningPlanner:
         """Sort key of (parent, child): from a corridor rather than through a room."""
         return self.rooms[pair[0]].room_type != "corridor", *pair
 
-    def _way(self, stretch: Stretch, kind: str, width: float, closed: bool = False) -> bool:
-        """Put a door or passage somewhere on a stretch; False if it fits nowhere."""
-        swings = kind == "door" and not closed
+    def _way(self, stretch: Stretch, kind: str, width: float, closed_rad: float | None = None) -> bool:
+        """Put a door or passage somewhere on a stretch; False if it fits nowhere.
+
+        closed_rad: how far a door that is closed must be able to open.
+        """
+        swings = kind == "door" and closed_rad is None
         for place in self._places(stretch, width, CORNER_M):
             beside = self._beside(stretch, place, width)
             side = 1 if beside[1] <= beside[0] else -1  # along the wall: the leaf opens towards the nearer wall
             far = min(beside) > FAR_M and self.rng.random() < 0.5
             swing = quantise_angle(math.radians(self._between(FAR_OPEN_DEG if far else OPEN_DEG))) if swings else 0.0
-            for hinge in (side, -side) if swings else (side,):
+            for hinge in (side, -side) if kind == "door" else (side,):
                 hole = PlanOpening(
                     kind, stretch.room, stretch.back, stretch.wall, place, width, 0.0, self._door_height,
                     stretch.thickness_m, -hinge, swing,
                 )  # fmt: skip
                 if swings and beside[max(hinge, 0)] > FAR_M and not self._passes(stretch, place, width):
                     continue
-                if self._put(hole, Opening(kind, 0, place, width, 0.0, self._door_height, hinge * swings, swing)):
+                leaf = (hinge, closed_rad or swing) if closed_rad or swings else (0, 0.0)
+                if self._put(hole, Opening(kind, 0, place, width, 0.0, self._door_height, *leaf)):
                     return True
         return False
 

@@ -20,6 +20,8 @@ EATING_AT = frozenset(("dining_table", "bar_stool"))
 def draw_templates(seeds: Seeds, plan: FloorPlan, config: RoomConfig) -> tuple[Template, ...]:
     """A template for each room of a plan; of a home one room has a table to eat at, in offices as templates have it.
 
+    Bathrooms of offices have neither bath nor shower, the only one of a home has one basin.
+
     Raises SchemaError for a room type without a template.
     """
     weights = divided(config.templates, config.divider_share)
@@ -32,6 +34,10 @@ def draw_templates(seeds: Seeds, plan: FloorPlan, config: RoomConfig) -> tuple[T
         wanted = (kind == _cooking_room(types), kind == _sleeping_room(types))
         fitting = tuple((n, w) for n, w in own if (TEMPLATES[n].holds("kitchen"), _sleeps(n)) == wanted)
         found.append(TEMPLATES[weighted(seeds.rng(f"template-{i}"), fitting or own)])
+    if "living" not in types:
+        found = [t.without_bath() if t.room_type == "bathroom" else t for t in found]
+    elif types.count("bathroom") == 1:
+        found = [t.with_one_basin() for t in found]
     eating = eating_rooms(plan, found)
     if not eating:
         return tuple(found)

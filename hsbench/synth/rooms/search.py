@@ -9,7 +9,7 @@ import numpy as np
 
 from hsbench.geometry.convex import span
 from hsbench.schema.scene import Part
-from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, TIGHT_FRONT_M
+from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, CLEAR_SIDE_M, TIGHT_FRONT_M
 from hsbench.synth.rooms.items import Item, Piece, Pose
 from hsbench.synth.rooms.placing import APART_M
 from hsbench.synth.rooms.poses import WALL_GAP_M, Context, Proposal, at_wall
@@ -72,6 +72,13 @@ def beside_ways(ctx: Context, pose: Pose, half_m: float) -> bool:
         if aside < hole.width_m / 2 + half_m and out < BEFORE_WAY_M:
             return False
     return True
+
+
+def below_window(ctx: Context, item: Item) -> bool:
+    """Whether the footprint of an item is before a window."""
+    low, high = item.corners.min(axis=0), item.corners.max(axis=0)
+    zones = (o.zone(ctx.layout.shell.walls[o.wall], 0.0)[0] for o in ctx.layout.shell.openings if not o.is_way)
+    return any((np.minimum(high, z.max(axis=0)) > np.maximum(low, z.min(axis=0))).all() for z in zones)
 
 
 def stretches(ctx: Context, category_name: str, depth_m: float, height_m: float) -> list[tuple[Wall, float, float]]:
@@ -149,9 +156,11 @@ def _boxes(step: Sequence[Proposal], front_m: Mapping[str, float]) -> FloatArray
 
 
 def _floor(item: Item, front_m: Mapping[str, float]) -> FloatArray:
-    """(4, 2) footprint and the floor in front of it."""
+    """(4, 2) footprint and the floor in front of it and at its sides, none where ``front_m`` is empty."""
     (x0, y0, _), (x1, y1, _) = item.piece.bounds.tolist()
-    return item.rectangle(x0, y0 - front_m.get(item.piece.category_name, 0.0), x1, y1)
+    name = item.piece.category_name
+    side = CLEAR_SIDE_M.get(name, 0.0) if front_m else 0.0
+    return item.rectangle(x0 - side, y0 - front_m.get(name, 0.0), x1 + side, y1)
 
 
 def _apart(first: FloatArray, second: FloatArray) -> BoolArray:

@@ -20,7 +20,6 @@ ASIDE_M = 0.01  # between pieces of a row
 RUG_M = (1.5, 1.2)  # along the wall, into the room
 RUG_GAP_M = 0.45  # from the wall: boxes stand between
 BOXES_APART_M = 0.06
-SEAT_OUT_M = 0.3  # from the front of the boxes to the seat on the rug
 
 
 def storage(ctx: Context, mode: str) -> Iterator[Proposal]:
@@ -39,9 +38,9 @@ def storage(ctx: Context, mode: str) -> Iterator[Proposal]:
 
 
 def play(ctx: Context, mode: str) -> Iterator[Proposal]:
-    """A rug before two boxes at a wall, a low seat on it."""
+    """A rug before two boxes at a wall."""
     rng = ctx.rng("play")
-    cloth, seat = rug(ctx, *RUG_M), ctx.piece("ottoman", fit=0.0)
+    cloth = rug(ctx, *RUG_M)
     boxes = [ctx.piece("storage_box", f"-{k}") for k in range(2)]
     for _, _, pose in along_walls(ctx, boxes[0], rng, "corner", half_m=RUG_M[0] / 2):
         back = boxes[0].depth / 2
@@ -49,5 +48,4 @@ def play(ctx: Context, mode: str) -> Iterator[Proposal]:
         kept = [Item(box, pose.then(at, back - box.depth / 2)) for box, at in zip(boxes, x, strict=True)]
         on_rug = Pose(0.0, back - RUG_GAP_M - RUG_M[1] / 2)
         lying = Item(cloth, pose.then(on_rug.x, on_rug.y))
-        sitting = pose.then(0.0, back - RUG_GAP_M - SEAT_OUT_M - seat.depth / 2, 0.0, cloth.height)
-        yield [lying, *kept, Item(seat, sitting)]
+        yield [lying, *kept]

@@ -30,6 +30,8 @@ WHITE: Rgb = (242, 241, 238)
 TILE_SHADE = 0.85  # of the colour of the walls
 WET_ROOMS = frozenset(("bathroom", "kitchen"))
 """Rooms with a tiled floor."""
+TILED_ROOMS = frozenset(("bathroom",))
+"""Rooms with tiled walls, without skirting."""
 
 
 def room_style(home: Style, room_type: str, rng: np.random.Generator) -> Style:
@@ -38,7 +40,10 @@ def room_style(home: Style, room_type: str, rng: np.random.Generator) -> Style:
     floors, textures = home.floors, home.floor_textures
     if room_type in WET_ROOMS:
         floors, textures = (shade(own.walls[0], TILE_SHADE),), own.wet_floor_textures
-    return replace(own, floors=floors, floor_textures=textures, paints=home.paints, metals=home.metals)
+    walls = own.wet_floor_textures if room_type in TILED_ROOMS else own.wall_textures
+    return replace(
+        own, floors=floors, floor_textures=textures, wall_textures=walls, paints=home.paints, metals=home.metals
+    )
 
 
 def structure(plan: FloorPlan, seeds: Seeds, home: Style, styles: Sequence[Style]) -> list[SceneObject]:
@@ -58,7 +63,9 @@ def structure(plan: FloorPlan, seeds: Seeds, home: Style, styles: Sequence[Style
         shell = plan.shell(i)
         for k, wall in enumerate(plan.walls[i]):
             boxes = [b for b in built.boxes if (b.room, b.wall) == (i, k)]
-            parts = [*_bricks(wall, boxes, finish), *_skirting(shell, k, skirting)]
+            parts = _bricks(wall, boxes, finish)
+            if plan.rooms[i].room_type not in TILED_ROOMS:
+                parts += _skirting(shell, k, skirting)
             parts += [_switch(wall, place) for at, place in shell.switches if at == k]
             x, y = wall.point(wall.length_m / 2, 0.0)
             found.append(("wall", planar(x, y, wall.yaw), named_apart(parts)))

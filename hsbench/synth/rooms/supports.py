@@ -34,9 +34,9 @@ SUITED: Mapping[str, tuple[str, ...]] = {
     "kitchen_counter": ("kettle", "microwave", "bottle", "bowl", "plate", "cup"),
     "kitchen_island": ("bowl", "bottle", "plate", "cup", "vase"),
     "dishwasher": ("kettle", "plate", "bowl", "cup"),
-    "washing_machine": ("bottle", "storage_box"),
-    "washbasin": ("cup", "bottle"),
-    "bathroom_cabinet": ("bottle", "cup", "storage_box"),
+    "washing_machine": ("storage_box", "bowl"),
+    "washbasin": ("cup",),
+    "bathroom_cabinet": ("cup", "storage_box", "vase"),
     "bookshelf": ("books", "books", "storage_box", "vase", "clutter"),
     "shelf": ("books", "vase", "clutter", "bowl"),
 }
@@ -46,8 +46,9 @@ ONCE: frozenset[str] = frozenset(("microwave", "kettle", "table_lamp", "laptop")
 """At most one of these on one surface."""
 ONE_A_ROOM: frozenset[str] = frozenset(("microwave", "kettle"))
 SETS: frozenset[str] = frozenset(("plate", "cup", "table_lamp", "kettle", "microwave", "laptop"))
-"""Categories of which a room has one shape; it has ``SHAPES`` of others."""
+"""Categories of which a room has one shape; it has ``SHAPES`` of others, ``BOOK_SHAPES`` of books."""
 SHAPES = 2
+BOOK_SHAPES = 6
 AT_BACK: frozenset[str] = frozenset(("microwave", "table_lamp", "storage_box"))
 """Categories that stand at the back of a top."""
 TURN_DEG: Mapping[str, float] = {"books": 12.0, "clutter": 20.0, "cup": 90.0, "vase": 90.0, "kettle": 20.0}
@@ -82,7 +83,8 @@ class _Room:
 
     def piece(self, category_name: str, rng: np.random.Generator) -> Piece:
         """One of the room's shapes of a category."""
-        return self.ctx.piece(category_name, f"-{0 if category_name in SETS else int(rng.integers(SHAPES))}")
+        shapes = 1 if category_name in SETS else BOOK_SHAPES if category_name == "books" else SHAPES
+        return self.ctx.piece(category_name, f"-{int(rng.integers(shapes))}")
 
 
 def small_things(layout: Layout, style: Style, seeds: Seeds, config: RoomConfig) -> None:

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+AT_HOME = frozenset(("washing_machine", "laundry_basket", "bathroom_cabinet", "stool"))
+"""Groups of bathrooms that offices do without."""
+
 
 def group_name(group: str) -> str:
     """The name of a group without its mode."""
@@ -40,6 +43,21 @@ class Template:
         core = ("|".join(o for o in names.split("|") if group_name(o) != "dining") for names in self.core)
         extras = tuple(group for group in self.extras if group_name(group) != "dining")
         return replace(self, core=tuple(names for names in core if names), extras=extras)
+
+    def without_bath(self) -> Template:
+        """The template for a bathroom in an office: toilet and basin, nothing to wash oneself or clothes with."""
+        core = tuple("wc" if group_name(names) == "bathroom" else names for names in self.core)
+        core, extras = (tuple(name for name in names if name not in AT_HOME) for names in (core, self.extras))
+        return replace(self, core=core, extras=extras)
+
+    def with_one_basin(self) -> Template:
+        """The template for the only bathroom of a home."""
+        return replace(self, core=tuple(names.replace("bathroom:double", "bathroom:tub") for names in self.core))
+
+    @property
+    def kind(self) -> str:
+        """What the room must have: ``wc`` for a bathroom without bath and shower, else its type."""
+        return "wc" if self.holds("wc") else self.room_type
 
     @property
     def divided(self) -> bool:
@@ -134,11 +152,12 @@ FILLERS_OF: dict[str, tuple[str, ...]] = {
     "dining": ("plant", "floor_lamp", "shelf", "bookshelf"),
     "kitchen": ("waste_bin", "shelf", "plant"),
     "bathroom": ("waste_bin", "laundry_basket", "bathroom_cabinet"),
+    "wc": ("waste_bin", "plant", "mirror"),
     "office": ("plant", "waste_bin", "shelf", "bookshelf", "filing_cabinet"),
     "meeting": ("plant", "waste_bin", "shelf", "sideboard"),
     "corridor": ("shelf", "mirror"),
 }
-"""Room type -> small groups that bring a sparse room up to its least number of objects."""
+"""``Template.kind`` -> small groups that bring a sparse room up to its least number of objects."""
 
 
 def even_weights(names: tuple[str, ...]) -> tuple[tuple[str, float], ...]:

@@ -180,13 +180,14 @@ def test_what_the_sun_meets_lights_the_room(monkeypatch: pytest.MonkeyPatch) -> 
 def test_scattering_keeps_the_mean_light_on_people(monkeypatch: pytest.MonkeyPatch, scattered: float) -> None:
     """Over all directions of a face, at the hips below the lamp."""
     sources, camera = LIT.sources, np.array([1.0, 1.0])
+    exposure = sources.exposure(camera)
     x, y, _ = sources.lamps[0].centre
     normals = np.random.default_rng(0).normal(size=(20_000, 3))
     normals = np.concatenate([normals, -normals]) / np.tile(np.linalg.norm(normals, axis=1), 2)[:, None]
     here = np.tile([x, y, 1.0], (len(normals), 1))
-    expected = lambert(here, normals, person_lighting(sources, camera, sources.exposure(camera))).mean()
+    expected = lambert(here, normals, person_lighting(sources, camera, exposure)).mean()
     monkeypatch.setattr(sources_module, "SCATTERED", scattered)
-    assert lambert(here, normals, person_lighting(sources, camera, sources.exposure(camera))).mean() == pytest.approx(expected, rel=0.01)
+    assert lambert(here, normals, person_lighting(sources, camera, exposure)).mean() == pytest.approx(expected, rel=0.01)
 
 
 def test_people_are_lit_like_the_room() -> None:
