@@ -79,13 +79,20 @@ def write_recording(
     write_png(folder / "background_instance.png", background.instance)
     if light is not None:
         write_light(folder, light)
-    with pq.ParquetWriter(folder / "patches.parquet", PATCH_SCHEMA, compression="zstd", use_dictionary=False) as writer:
+    options = {"compression": "zstd", "use_dictionary": False, "write_statistics": False}
+    with pq.ParquetWriter(folder / "patches.parquet", PATCH_SCHEMA, **options) as writer:
         for frame, patch in enumerate(patches):
             writer.write_batch(pa.RecordBatch.from_pylist([_row(frame, patch)], schema=PATCH_SCHEMA))
 
 
 def _row(frame: int, patch: Patch) -> dict[str, Any]:
     mask, picture = patch.mask, patch.picture
+    chosen = np.flatnonzero(mask)
+
+    def taken(image: AnyArray) -> bytes:
+        values: AnyArray = image.reshape(mask.size, *image.shape[2:]).take(chosen, axis=0)
+        return values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
+
     return {
         "frame": frame,
         "timestamp_ns": patch.timestamp_ns,
@@ -94,9 +101,9 @@ def _row(frame: int, patch: Patch) -> dict[str, Any]:
         "height": mask.shape[0],
         "width": mask.shape[1],
         "mask": np.packbits(mask, bitorder="little").tobytes(),
-        "rgb": picture.rgb[mask].tobytes(),
-        "depth_mm": picture.depth_mm[mask].astype("<u2").tobytes(),
-        "instance": picture.instance[mask].astype("<u2").tobytes(),
+        "rgb": taken(picture.rgb),
+        "depth_mm": taken(picture.depth_mm),
+        "instance": taken(picture.instance),
     }
 
 
@@ -132,7 +139,7 @@ class Film:
 
     def __getitem__(self, index: int) -> Frame:
         index = range(len(self))[index]
-        return _input_frame(self, self.picture(index), index)
+        return _input_frame(self, self.picture(index), self.light, index)
 
 
 def _background(at_t0: Picture, light: ChangingLight | None, index: int) -> Picture:
@@ -245,11 +252,6 @@ class RecordingFrames:
     image_noise: str = "none"
 
     @property
-    def light(self) -> ChangingLight | None:
-        """The light of every frame, None where it stays as at t0: no input."""
-        return self._recording.light
-
-    @property
     def timestamps_ns(self) -> IntArray:
         """(n,) int64 time stamps."""
         return self._recording.timestamps_ns
@@ -259,16 +261,16 @@ class RecordingFrames:
 
     def __getitem__(self, index: int) -> Frame:
         index = range(len(self))[index]
-        return _input_frame(self, self._recording.picture(index), index)
+        return _input_frame(self, self._recording.picture(index), self._recording.light, index)
 
 
-def _input_frame(frames: Film | RecordingFrames, picture: Picture, index: int) -> Frame:
+def _input_frame(frames: Film | RecordingFrames, picture: Picture, light: ChangingLight | None, index: int) -> Frame:
     """What the sensor gives of a clean picture."""
     depth_m = None
     if frames.has_depth:
         rng = noise_rng(frames.noise_seed, index)
         depth_m = add_noise(depth_from_mm(picture.depth_mm), preset(frames.noise_preset), rng, picture.rgb)
-    exposure = 1.0 if frames.light is None else float(frames.light.exposure[index])
+    exposure = 1.0 if light is None else float(light.exposure[index])
     rgb = photographed(picture.rgb, image_preset(frames.image_noise), exposure, frames.noise_seed, index)
     return Frame(int(frames.timestamps_ns[index]), rgb, depth_m)
 

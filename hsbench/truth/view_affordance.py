@@ -33,7 +33,8 @@ def view_affordance(
 ) -> UInt8Array:
     """(h, w) uint8 bits of ``Affordance`` at t0, with ``VIEW_UNSCORED`` where no score counts the pixel.
 
-    They are void, or walkable, sittable or interactable differs from those at t0 for more than half of the episode, as things have moved.
+    Such a pixel is void, or it differs in being walkable, sittable or interactable from t0 for more than half of the
+    episode, as things have moved.
     """
     labels, void = labelled_view(afford(scene), camera, world_T_camera)
 

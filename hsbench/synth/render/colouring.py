@@ -30,8 +30,7 @@ TREES, EARTH = np.array([0.36, 0.5, 0.3]), np.array([0.72, 0.82, 0.55])
 class Sun(NamedTuple):
     """Unit direction towards the sun (3,), its light (3,), and which (h, w) samples it reaches.
 
-    outside: (3,) what the view out of windows is multiplied by; outlook: unit (3,), a
-    direction that the view is turned to.
+    outside: (3,) what the view out of windows is multiplied by. outlook: unit (3,), that view is turned to it.
     """
 
     towards: FloatArray

@@ -187,7 +187,9 @@ def test_scattering_keeps_the_mean_light_on_people(monkeypatch: pytest.MonkeyPat
     here = np.tile([x, y, 1.0], (len(normals), 1))
     expected = lambert(here, normals, person_lighting(sources, camera, exposure)).mean()
     monkeypatch.setattr(sources_module, "SCATTERED", scattered)
-    assert lambert(here, normals, person_lighting(sources, camera, exposure)).mean() == pytest.approx(expected, rel=0.01)
+    assert lambert(here, normals, person_lighting(sources, camera, exposure)).mean() == pytest.approx(
+        expected, rel=0.01
+    )
 
 
 def test_people_are_lit_like_the_room() -> None:
