@@ -61,7 +61,7 @@ def estimate_boundary(sensor: Sensor, depth_m: AnyArray, poses: PoseTable | None
 
     Without any depth or joint it is the square metre around the camera.
     """
-    points = apply(sensor.world_T_camera, sensor.camera.unproject(depth_m))  # type: ignore[union-attr]
+    points = apply(sensor.world_T_camera, sensor.camera.unproject(depth_m))
     valid = np.asarray(depth_m) > 0
     yaw = wall_yaw(points, valid)
     known = [points[valid][:, :2]]
