@@ -64,7 +64,8 @@ def structure(plan: FloorPlan, seeds: Seeds, home: Style, styles: Sequence[Style
         for k, wall in enumerate(plan.walls[i]):
             boxes = [b for b in built.boxes if (b.room, b.wall) == (i, k)]
             parts = _bricks(wall, boxes, finish)
-            if plan.rooms[i].room_type not in TILED_ROOMS:
+            # A wall whose bricks are all its neighbours' still has something of its own.
+            if plan.rooms[i].room_type not in TILED_ROOMS or not parts:
                 parts += _skirting(shell, k, skirting)
             parts += [_switch(wall, place) for at, place in shell.switches if at == k]
             x, y = wall.point(wall.length_m / 2, 0.0)
