@@ -90,7 +90,7 @@ def demo(out: Path, workers: int, quick: bool = False) -> Iterator[Step]:
     comparisons = [compare(reports["carve"], reports[name]) for name in AGAINST]
     write_bytes(out / "picture.png", encode_png(banner(shown[0])))
     sensors = out / "sensors"
-    job = Job(SENSORS_RECIPE, 0, tuple(read_splits(SENSORS_RECIPE).numbers("mini", SPLIT)), SENSORS_FRAMES)
+    job = Job(SENSORS_RECIPE, 0, tuple(read_splits(SENSORS_RECIPE).numbers("mini", SPLIT)[:1]), SENSORS_FRAMES)
     for made in generate(replace(job, frames="reference") if quick else job, sensors, workers):
         yield Step(f"generated {made}")
     views = [view_at(episode, SHOWN_S) for episode in load(sensors)]
@@ -128,5 +128,5 @@ def commands() -> list[str]:
         "hsbench compare carve.json all-solid.json",
         f"hsbench board add carve.json --board board --name carve --year {YEAR}",
         "hsbench board build --board board --out board.html",
-        f"hsbench generate {SENSORS_RECIPE} --size mini --split {SPLIT} --frames {SENSORS_FRAMES} --out sensors",
+        f"hsbench generate {SENSORS_RECIPE} --split {SPLIT} --episodes 0:1 --frames {SENSORS_FRAMES} --out sensors",
     ]

@@ -22,7 +22,7 @@ from hsbench.synth.assemble import filmed_episode
 from hsbench.synth.config import settings
 from hsbench.synth.furniture import COMMON_FAMILIES, NOVEL_FAMILIES
 from hsbench.synth.placement import SphereConfig, place_sphere
-from hsbench.synth.recipes import Unit
+from hsbench.synth.recipes import Unit, is_watched_long
 from hsbench.synth.rgbd import RgbdSettings
 from hsbench.synth.rooms import COMMON_TEMPLATES, TEMPLATES, HomeConfig, RoomConfig, build_home
 from hsbench.synth.rooms.templates import even_weights
@@ -30,7 +30,6 @@ from hsbench.synth.seeds import Seeds
 from hsbench.truth.walkable import WalkMap
 from hsbench.typing import FloatArray
 
-SPLIT_STRIDE = 1000  # splits begin at multiples of it
 TRIPOD_M = (0.24, 0.24, 1.9)  # what people walk around: the camera on its stand
 
 
@@ -52,11 +51,6 @@ class PanoramaConfig:
             raise SchemaError(f"panorama.people is {self.people}; expected 1 <= least <= most <= {MOST_PEOPLE}")
         if not 0 <= self.home_share <= 1:
             raise SchemaError(f"panorama.home_share is {self.home_share}; expected a share of 0..1")
-
-    def is_long(self, number: int, split: str) -> bool:
-        """Whether the scene of a number, in a split, is watched for ``long_s``."""
-        first, last = self.long_scenes
-        return split not in ("", "train") and first <= number % SPLIT_STRIDE <= last
 
 
 @dataclass(frozen=True)
@@ -94,7 +88,9 @@ class PanoramaSettings:
         people = int(unit.seeds.child("panorama").rng("people").integers(least, most + 1))
         life = replace(self.common.life, people=people)
         return (
-            replace(life, duration_s=self.panorama.long_s) if self.panorama.is_long(unit.number, unit.split) else life
+            replace(life, duration_s=self.panorama.long_s)
+            if is_watched_long(unit.number, unit.split, self.panorama.long_scenes)
+            else life
         )
 
 

@@ -22,6 +22,7 @@ from hsbench.synth.render import Renderer
 from hsbench.synth.seeds import Seeds
 from hsbench.typing import IntArray
 
+SPLIT_STRIDE = 1000  # splits begin at multiples of it
 ENGINE_PACKAGES = ("geometry", "schema", "io", "truth", "synth")
 
 
@@ -47,6 +48,12 @@ class Unit:
     def filmed(self, timestamps_ns: IntArray) -> IntArray:
         """Those of an episode's (n,) frame times, from t0 on, of which pictures are made."""
         return timestamps_ns[:: frame_step(self.frames) or len(timestamps_ns)]
+
+
+def is_watched_long(number: int, split: str, scenes: tuple[int, int]) -> bool:
+    """Whether a scene is among the first and last of val or of a test, counted from 0, that are watched for longer."""
+    first, last = scenes
+    return split not in ("", "train") and first <= number % SPLIT_STRIDE <= last
 
 
 def frame_step(frames: str) -> int:

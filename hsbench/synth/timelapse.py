@@ -29,7 +29,7 @@ from hsbench.synth.detectors import Occluders, observe
 from hsbench.synth.film import Filming
 from hsbench.synth.indoor_light import light_states
 from hsbench.synth.people.body import J
-from hsbench.synth.recipes import Unit
+from hsbench.synth.recipes import Unit, is_watched_long
 from hsbench.synth.relit_room import relit_room
 from hsbench.synth.render import Lighting
 from hsbench.synth.render.sources import Sources, person_lighting, sources_of
@@ -42,7 +42,6 @@ Range = tuple[float, float]
 
 ASLEEP = "sleep"  # the activity for which people switch the lamp off
 DAYS_OF_YEAR = 365
-SPLIT_STRIDE = 1000  # splits begin at multiples of it
 
 
 @dataclass(frozen=True)
@@ -70,11 +69,6 @@ class TimelapseConfig:
             if not least <= low <= high <= most:
                 raise SchemaError(f"timelapse.{name} is ({low}, {high}); expected {least} <= least <= most <= {most}")
 
-    def is_long(self, number: int, split: str) -> bool:
-        """Whether the scene of a number, in a split, is watched for ``long_s``."""
-        first, last = self.long_scenes
-        return split not in ("", "train") and first <= number % SPLIT_STRIDE <= last
-
 
 @dataclass(frozen=True)
 class TimelapseSettings:
@@ -94,7 +88,11 @@ class TimelapseSettings:
         least, most = self.timelapse.people
         people = int(seeds.rng("people").integers(least, most + 1))
         life = replace(self.common.life, people=people, start_hour=start_hour)
-        return replace(life, duration_s=self.timelapse.long_s) if self.timelapse.is_long(number, split) else life
+        return (
+            replace(life, duration_s=self.timelapse.long_s)
+            if is_watched_long(number, split, self.timelapse.long_scenes)
+            else life
+        )
 
     def day(self, seeds: Seeds) -> Day:
         """A day drawn; its north is in the scene's frame."""

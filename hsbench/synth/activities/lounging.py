@@ -23,15 +23,22 @@ TRUNK = [k for k, joints in enumerate(CAPSULE_JOINTS) if not any(name.startswith
 
 
 def at_ease(
-    body: Body, here: Channels, obstacles: Obstacles, used_id: int, fps: float, rng: np.random.Generator
+    body: Body,
+    here: Channels,
+    obstacles: Obstacles,
+    used_id: int,
+    fps: float,
+    rng: np.random.Generator,
+    among_others: bool = False,
 ) -> Channels | None:
     """Leaning back from the seated frame ``here`` against what is behind; None without a backrest, and on the floor.
 
-    The legs are drawn; where those drawn find no room, they are as they can be.
+    The legs are drawn; where those drawn find no room, they are as they can be. among_others: at a table, where legs
+    that are stretched out would meet those of others.
     """
     if float(here.height[-1]) < SEAT_HEIGHT_M[0]:
         return None
-    legs = [LEGS[k] for k in rng.permutation(len(LEGS)).tolist()]
+    legs = LEGS[:1] if among_others else [LEGS[k] for k in rng.permutation(len(LEGS)).tolist()]
     backs = _backs(body, here, obstacles, used_id)
     for slide_m, tilt in sorted(backs, key=lambda back: abs(back[1] - EASY_RAD)):
         for feet in legs:

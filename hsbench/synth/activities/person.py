@@ -279,9 +279,10 @@ class Person:
         joints = pose_block(self.body, rows_of(chunk, slice(None, None, CHECK_FRAMES)), 0, 1.0, None)
         return bool((body_depth(self.obstacles, self.body, joints, self.used_id) <= GRAZE_M).all())
 
-    def at_ease(self) -> Channels | None:
+    def at_ease(self, among_others: bool) -> Channels | None:
         """Leaning back where one sits, if there is a backrest."""
-        return at_ease(self.body, self.diary.here, self.obstacles, self.used_id, self.fps, self.rng)
+        here = self.diary.here
+        return at_ease(self.body, here, self.obstacles, self.used_id, self.fps, self.rng, among_others)
 
     def ways(self, activity: Activity) -> tuple[tuple[int, ...], ...]:
         """Hands with which an activity touches things, the preferred first."""

@@ -102,7 +102,7 @@ def _sit_on(
     end = diary.frame + round(length_s * person.fps)
     if activity is SIT:
         yield from _touch_about(person, end)
-    ease = None if activity.is_at_table else person.at_ease()
+    ease = None if activity.is_at_table else person.at_ease(among_others=seat.is_drawn)
     if ease is not None:
         diary.add(ease, Action.SIT)
     if activity.gesture:

@@ -19,7 +19,7 @@ TASKS_V0 = {  # scenes of train, val, test-seen, test-novel
     "rgbd-activity": (200, 40, 30, 30),
     "activity-360": (120, 40, 30, 30),
     "timelapse-activity": (120, 40, 30, 30),
-    "all-sensors": (20, 10, 5, 5),
+    "all-sensors": (40, 30, 20, 20),
     "activity-maps": (400, 25, 25, 25),  # of 20 samples each: 8000, 500, 500, 500
     "pairs": (0, 0, 40, 0),  # for a test of leaks, not to train on
 }

@@ -42,7 +42,7 @@ def home() -> Scene:
 @cache
 def odd_life() -> Life:
     """Every contact is followed by a sit on what is no seat."""
-    return live(home(), Seeds(1), LifeConfig(duration_s=150.0, atypical_share=1.0, touches_seated=0))
+    return live(home(), Seeds(1), LifeConfig(duration_s=240.0, atypical_share=1.0, touches_seated=0))
 
 
 def role_of(scene: Scene, life: Life, event: int) -> str | None:
