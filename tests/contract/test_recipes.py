@@ -26,7 +26,7 @@ RECIPES = sorted(p.name for p in resource("generators").iterdir() if p.is_dir() 
 MAX_LINES = 200  # docs/architecture.md
 recipes = pytest.mark.parametrize("name", RECIPES)
 LONG = ("timelapse-activity", "all-sensors")  # hours of life, or many cameras
-made = [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in RECIPES]
+RUNS = [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in RECIPES]
 
 
 def test_every_data_set_of_a_task_has_a_recipe() -> None:
@@ -66,7 +66,7 @@ def test_it_has_splits(name: str) -> None:
     assert used <= set(SPLITS)
 
 
-@pytest.mark.parametrize("name", made)
+@pytest.mark.parametrize("name", RUNS)
 def test_a_mini_data_set_loads_and_verifies_clean(name: str, tmp_path: Path) -> None:
     """Every mini scene with the recipe's own settings; pictures are the business of the shorter tests."""
     job = Job(name, 0, tuple(read_splits(name).numbers("mini")), "none", "raycast")
