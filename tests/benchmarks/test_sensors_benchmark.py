@@ -8,6 +8,7 @@ Ids and depth are compared with theirs frame by frame (rgb-d) and with true sphe
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -210,10 +211,16 @@ def agreement(film: Film, pictures: list[Picture]) -> tuple[float, float]:
     return float(ids), float(depth)
 
 
+@functools.cache
+def offscreen() -> Any:
+    """Kept until the process ends: collecting it would end EGL for all others in the process."""
+    return pyrender.OffscreenRenderer(640, 480)
+
+
 @pytest.fixture(scope="module")
 def gl() -> Any:
     try:
-        return pyrender.OffscreenRenderer(640, 480)
+        return offscreen()
     except Exception as error:  # which exception says "no EGL here" depends on what is missing
         pytest.skip(f"no OpenGL: {error}")
 
