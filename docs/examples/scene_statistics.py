@@ -1,6 +1,6 @@
 """What generated scenes are like, in numbers and plots.
 
-    hsbench verify --scenes 250 --workers 2 --json > scenes.json
+    hsbench verify --scenes 1000 --workers 2 --json > scenes.json
     python docs/examples/scene_statistics.py scenes.json OUT
 
 Writes OUT/scene-statistics.png and prints the tables of docs/data/scenes.md.
