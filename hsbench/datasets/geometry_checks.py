@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import binary_dilation, maximum_filter, minimum_filter
+from scipy.ndimage import binary_dilation
 
 from hsbench.geometry.cameras import TopDownCamera
 from hsbench.geometry.rays import pack_solids, segments_blocked
@@ -18,7 +18,7 @@ from hsbench.schema.episode import Episode
 from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
 from hsbench.schema.sensor import Sensor
 from hsbench.truth.sight import ray_image
-from hsbench.typing import AnyArray, BoolArray, FloatArray
+from hsbench.typing import AnyArray, BoolArray, FloatArray, IntArray
 
 DEPTH_M = 0.002
 """Clean depth is stored in whole millimetres and drawn in float32 by some renderers."""
@@ -32,8 +32,9 @@ CUT_M = 2.3
 """A view from above is cut there, as a floor plan is."""
 LIFT_M = 0.005
 """A point is looked at from so far before its surface: it must not hide itself."""
-EDGE_M = 0.05
-"""Where depth changes by more among neighbouring pixels there is an edge, and which side a point is on is chance."""
+FLAT_M = 0.005
+"""Pixels about a point that lie farther from one plane show an edge, and which side a point is on is chance."""
+TINY = 1e-12
 
 
 def geometry_faults(episode: Episode) -> Iterator[str]:
@@ -145,17 +146,17 @@ def agreement(a: Episode, b: Episode) -> float | None:
     chosen = np.linspace(0, len(one.points) - 1, VIEW_POINTS).astype(np.int64)
     points = apply(_transform(other.scene, one.scene), one.points[chosen])
     camera, world_T_camera = b.sensor.camera, b.placed_sensor.world_T_camera
-    pixels, depth = camera.project(apply(invert(world_T_camera), points))
+    pixels, _ = camera.project(apply(invert(world_T_camera), points))
     inside = camera.contains(pixels)
     column, row = np.where(inside[:, None], pixels, 0).astype(np.int64).T
-    around = _spread(other.depth_m)[row, column]
-    compared = inside & (around < EDGE_M) & (other.ids[row, column] <= PERSON_ID_OFFSET)
-    compared &= other.depth_m[row, column] > 0
+    inside &= (column > 0) & (row > 0) & (column < camera.width_px - 1) & (row < camera.height_px - 1)
+    centre, normal, is_flat = _surface(apply(world_T_camera, camera.unproject(other.depth_m)), row, column, inside)
+    compared = inside & is_flat & (other.ids[row, column] <= PERSON_ID_OFFSET) & (other.depth_m[row, column] > 0)
     compared[compared] = _is_seen(points[compared], b.placed_sensor, other.scene)
     if not compared.any():
         return None
-    gap = np.abs(depth - other.depth_m[row, column])[compared]
-    return float((gap <= VIEW_M + around[compared]).mean())
+    gap = np.abs(np.einsum("ni,ni->n", points - centre, normal))[compared]
+    return float((gap <= VIEW_M).mean())
 
 
 def _is_seen(points: FloatArray, sensor: Sensor, scene: Scene) -> BoolArray:
@@ -198,9 +199,20 @@ class _View:
         return cls(episode, truth.scene, depth_m, ids, points, ids[shown])
 
 
-def _spread(depth_m: FloatArray) -> FloatArray:
-    """(h, w) by how much depth differs among a pixel and its eight neighbours."""
-    return maximum_filter(depth_m, 3) - minimum_filter(depth_m, 3)
+def _surface(
+    shown: FloatArray, row: IntArray, column: IntArray, inside: BoolArray
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """(N, 3) point and unit normal of what pixels of (h, w, 3) points show, and whether the nine about it lie in it.
+
+    Distances from that plane do not grow with the slope under which a pixel sees it. ``inside``: off the border.
+    """
+    row, column = np.where(inside, row, 1), np.where(inside, column, 1)
+    centre = shown[row, column]
+    normal = np.cross(shown[row, column + 1] - shown[row, column - 1], shown[row + 1, column] - shown[row - 1, column])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), TINY)
+    steps = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    off = [np.einsum("ni,ni->n", shown[row + i, column + j] - centre, normal) for i, j in steps]
+    return centre, normal, (np.abs(off) < FLAT_M).all(axis=0) & (np.linalg.norm(normal, axis=1) > 0.5)
 
 
 def _transform(b: Scene, a: Scene) -> FloatArray:
