@@ -86,24 +86,21 @@ def write_recording(
 
 
 def _row(frame: int, patch: Patch) -> dict[str, Any]:
-    mask, picture = patch.mask, patch.picture
-    chosen = np.flatnonzero(mask)
+    from hsbench.io.patch_pixels import taken  # numba is slow to load, and data without pictures need none
 
-    def taken(image: AnyArray) -> bytes:
-        values: AnyArray = image.reshape(mask.size, *image.shape[2:]).take(chosen, axis=0)
-        return values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
-
+    picture = patch.picture
+    bits, rgb, depth_mm, instance = taken(patch.mask, picture.rgb, picture.depth_mm, picture.instance)
     return {
         "frame": frame,
         "timestamp_ns": patch.timestamp_ns,
         "row": patch.row,
         "column": patch.column,
-        "height": mask.shape[0],
-        "width": mask.shape[1],
-        "mask": np.packbits(mask, bitorder="little").tobytes(),
-        "rgb": taken(picture.rgb),
-        "depth_mm": taken(picture.depth_mm),
-        "instance": taken(picture.instance),
+        "height": patch.mask.shape[0],
+        "width": patch.mask.shape[1],
+        "mask": bits.tobytes(),
+        "rgb": rgb.tobytes(),
+        "depth_mm": depth_mm.astype("<u2", copy=False).tobytes(),
+        "instance": instance.astype("<u2", copy=False).tobytes(),
     }
 
 
@@ -213,6 +210,8 @@ class Recording:
 
 def _lay_over(picture: Picture, row: dict[str, Any]) -> None:
     """Set the masked pixels of a row of the table. Raises ValueError or TypeError where the row does not fit."""
+    from hsbench.io.patch_pixels import lay_over
+
     top, left, height, width = row["row"], row["column"], row["height"], row["width"]
     rows, columns = picture.depth_mm.shape
     if not (0 <= top <= top + height <= rows and 0 <= left <= left + width <= columns):
@@ -220,11 +219,16 @@ def _lay_over(picture: Picture, row: dict[str, Any]) -> None:
     bits = np.frombuffer(row["mask"], dtype=np.uint8)
     if len(bits) != -(-height * width // 8):
         raise ValueError(f"mask has {len(bits)} bytes for {height} x {width} pixels")
-    mask = np.unpackbits(bits, count=height * width, bitorder="little").astype(bool).reshape(height, width)
-    for name in ("rgb", "depth_mm", "instance"):
-        window = getattr(picture, name)[top : top + height, left : left + width]
-        values = np.frombuffer(row[name], dtype=window.dtype.newbyteorder("<"))
-        window[mask] = values.reshape(np.count_nonzero(mask), *window.shape[2:])
+    count = int(np.bitwise_count(bits).sum())
+    if height * width % 8 and bits[-1] >> height * width % 8:
+        raise ValueError(f"mask names pixels beyond its {height} x {width}")
+    rgb = np.frombuffer(row["rgb"], dtype=np.uint8).reshape(count, 3)
+    depth_mm, instance = (np.frombuffer(row[name], dtype="<u2").reshape(count) for name in ("depth_mm", "instance"))
+    window = slice(top, top + height), slice(left, left + width)
+    lay_over(
+        bits, rgb, depth_mm.astype(np.uint16, copy=False), instance.astype(np.uint16, copy=False),
+        picture.rgb[window], picture.depth_mm[window], picture.instance[window],
+    )  # fmt: skip
 
 
 def _timestamps(path: Path, read: Callable[[], pa.Table]) -> IntArray:

@@ -67,8 +67,8 @@ def depth_to_mm(depth_m: AnyArray) -> UInt16Array:
 
 
 def depth_from_mm(depth_mm: UInt16Array) -> Float32Array:
-    """uint16 millimetres -> float32 metres."""
-    return (depth_mm / MM_PER_M).astype(np.float32)
+    """uint16 millimetres -> float32 metres, each the nearest to the quotient."""
+    return depth_mm.astype(np.float32) / np.float32(MM_PER_M)
 
 
 def _encode(suffix: str, image: AnyArray, options: list[int]) -> bytes:

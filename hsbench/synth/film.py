@@ -14,6 +14,7 @@ import numba
 import numpy as np
 
 from hsbench.geometry.cameras import TopDownCamera
+from hsbench.geometry.transforms import apply, invert
 from hsbench.io.frame_store import Patch, Picture
 from hsbench.io.images import MM_PER_M, depth_from_mm, depth_to_mm
 from hsbench.schema.motions import ObjectMotions
@@ -22,7 +23,7 @@ from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
 from hsbench.schema.sensor import Sensor
 from hsbench.synth.crops import corners_of, crop, cut, differs, joined, window_of, within
 from hsbench.synth.moved_room import MovedRoom
-from hsbench.synth.people import HELD, Body, body_mesh, capsules
+from hsbench.synth.people import HELD, Body, capsules, held_meshes
 from hsbench.synth.render import Lighting, Mesh, Renderer, Window
 from hsbench.synth.render.contact import REACH_M, light_left, shade
 from hsbench.synth.render.image_boxes import ray_table
@@ -34,6 +35,20 @@ from hsbench.typing import BoolArray, Float32Array, FloatArray, UInt8Array, UInt
 
 DISPLAY_STEPS = 2**14  # of display light: a byte has at least five
 LIGHT_STEPS, BRIGHTEST = 2**16, 8.0  # of light: a byte has at least four; what is brighter looks the same
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """Somebody in view. ends, radii: of the body's capsules. window: the pixels that it can cover or shade.
+
+    farthest_m: no depth beyond it is shaded.
+    """
+
+    mesh: Mesh
+    ends: FloatArray
+    radii: FloatArray
+    window: Window
+    farthest_m: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,19 +78,24 @@ class Filming:
         rgb = background_rgb(self.shown, view.ids, self.renderer, camera, pose)
         return Picture(rgb, depth_to_mm(view.depth_m), view.ids)
 
-    def patch(self, background: Picture, timestamp_ns: int) -> Patch:
-        """What people and moved things change of the background at one time; an empty mask when none is in view."""
-        return self.peopled(background, *self.room.picture(background, timestamp_ns), timestamp_ns, self.lights)
+    def patch(self, background: Picture, timestamp_ns: int, people: Sequence[Person] | None = None) -> Patch:
+        """What people and moved things change of the background at one time; an empty mask when none is in view.
+
+        people: as ``people`` gives them for that time, where they are at hand.
+        """
+        room, changed = self.room.picture(background, timestamp_ns)
+        return self.peopled(background, room, changed, timestamp_ns, self.lights, people)
 
     def peopled(
-        self, background: Picture, room: Picture, changed: Window | None, timestamp_ns: int, lights: Lighting
-    ) -> Patch:
+        self, background: Picture, room: Picture, changed: Window | None, timestamp_ns: int, lights: Lighting,
+        people: Sequence[Person] | None = None,
+    ) -> Patch:  # fmt: skip
         """As ``patch``, before a picture of the room that differs from the background in the window ``changed`` alone.
 
         lights: for people.
         """
-        people = self._people(timestamp_ns)
-        window = reduce(joined, (window for _, _, window in people), changed)
+        people = self.people([timestamp_ns])[0] if people is None else people
+        window = reduce(joined, (person.window for person in people), changed)
         if window is None:
             empty = Picture(np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.uint16), np.zeros((0, 0), np.uint16))
             return Patch(timestamp_ns, 0, 0, np.zeros((0, 0), bool), empty)
@@ -85,17 +105,21 @@ class Filming:
         shaded_m = depth_from_mm(picture.depth_mm)
         behind_m = shaded_m.copy()
         layers = []
-        for mesh, _, near in people:
-            drawn = layer(mesh, camera, pose, lights, behind_m[crop(within(near, window))], near)
+        for person in people:
+            before_m = behind_m[crop(within(person.window, window))]
+            drawn = layer(person.mesh, camera, pose, lights, before_m, person.window)
             if drawn is not None:
                 at = crop(within(drawn.window, window))
                 np.copyto(behind_m[at], drawn.depth_m, where=drawn.ids > 0)
                 shaded_m[at][drawn.coverage == 1.0] = 0.0  # no shade is seen there
                 layers.append(drawn)
         rays, from_above = ray_table(camera), isinstance(camera, TopDownCamera)
-        for _, (ends, radii), near in people:
-            at = crop(within(near, window))
-            shade(picture.rgb[at], light_left(shaded_m[at], rays[crop(near)], pose, from_above, ends, radii))
+        for person in people:
+            at = crop(within(person.window, window))
+            left = light_left(
+                shaded_m[at], rays[crop(person.window)], pose, from_above, person.ends, person.radii, person.farthest_m
+            )
+            shade(picture.rgb[at], left)
         for drawn in layers:
             stand_before(cut(picture, within(drawn.window, window)), drawn)
         mask = differs(picture, cut(background, window)) | (picture.instance > PERSON_ID_OFFSET)
@@ -103,25 +127,36 @@ class Filming:
 
     def amodal(self, timestamp_ns: int) -> dict[int, BoolArray]:
         """Instance id -> (height, width) pixels that a person in view would cover if nothing else were there."""
-        meshes = [mesh for mesh, _, _ in self._people(timestamp_ns)]
+        meshes = [person.mesh for person in self.people([timestamp_ns])[0]]
         masks = amodal_masks(meshes, self.sensor.camera, self.sensor.world_T_camera)
         return {mesh.mesh_id: mask for mesh, mask in zip(meshes, masks, strict=True)}
 
-    def _people(self, timestamp_ns: int) -> list[tuple[Mesh, tuple[FloatArray, FloatArray], Window]]:
-        """Mesh and capsules of all in view, and the pixels that each can cover or shade."""
+    def people(self, timestamps_ns: Sequence[int]) -> list[list[Person]]:
+        """All in view at each of some times. Many times at once take less time each."""
         assert self.poses.joints_m is not None
-        found = []
-        for row in np.flatnonzero(self.poses.timestamp_ns == timestamp_ns):
-            track_id, joints = int(self.poses.track_id[row]), self.poses.joints_m[row].astype(np.float64)
-            body = self.bodies[track_id - 1]
-            held = HELD[0 if self.held is None else int(self.held[row])]
-            vertices, triangles, colours = body_mesh(body, joints, held=held)
-            window = window_of(self.sensor, [(vertices, _shaded_box(vertices))])
-            if window is not None:
-                mesh = Mesh(PERSON_ID_OFFSET + track_id, vertices, triangles, colours, smooth=True)
-                ends, radii = capsules(body, joints[None])
-                found.append((mesh, (ends[0], radii), window))
-        return found
+        found: dict[int, list[Person]] = {int(time): [] for time in timestamps_ns}
+        rows = np.flatnonzero(np.isin(self.poses.timestamp_ns, list(found)))
+        posed = {}
+        for track_id in np.unique(self.poses.track_id[rows]).tolist():
+            mine, body = rows[self.poses.track_id[rows] == track_id], self.bodies[track_id - 1]
+            joints = self.poses.joints_m[mine].astype(np.float64)
+            held = [HELD[0] if self.held is None else HELD[int(self.held[row])] for row in mine]
+            ends, radii = capsules(body, joints)
+            for row, mesh, at in zip(mine.tolist(), held_meshes(body, joints, held), ends, strict=True):
+                posed[row] = (Mesh(PERSON_ID_OFFSET + track_id, *mesh, smooth=True), at, radii)
+        for row in rows.tolist():
+            person = self._in_view(*posed[row])
+            if person is not None:
+                found[int(self.poses.timestamp_ns[row])].append(person)
+        return [found[int(time)] for time in timestamps_ns]
+
+    def _in_view(self, mesh: Mesh, ends: FloatArray, radii: FloatArray) -> Person | None:
+        box = _shaded_box(mesh.vertices)
+        window = window_of(self.sensor, [(mesh.vertices, box)])
+        if window is None:
+            return None
+        _, depth_m = self.sensor.camera.project(apply(invert(self.sensor.world_T_camera), box))
+        return Person(mesh, ends, radii, window, float(depth_m.max()))
 
     @cached_property
     def room(self) -> MovedRoom:

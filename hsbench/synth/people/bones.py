@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hsbench.synth.people.body import MIDDLE_JOINTS, J, unit
+from hsbench.synth.people.body import MIDDLE_JOINTS, J, cross, unit
 from hsbench.typing import BoolArray, FloatArray
 
 TWISTS = 3
@@ -69,11 +69,11 @@ class Rest:
         """From the (25, 3) joints of a body at rest that looks along -y: elbows are bent, knees bend about x."""
         limbs = joints[_LIMB_JOINTS]
         upper, lower = unit(limbs[:, 1] - limbs[:, 0]), unit(limbs[:, 2] - limbs[:, 1])
-        hinge = np.cross(upper, lower)
+        hinge = cross(upper, lower)
         hinge[2:] = (1.0, 0.0, 0.0)
         hinge = unit(aside(hinge, upper))
         end = _ends(joints[None], lower[None], np.zeros((1, 4, 3)))[0]
-        bend = _bent(np.cross(upper, lower), hinge, upper)
+        bend = _bent(cross(upper, lower), hinge, upper)
         grip = np.swapaxes(end, -1, -2) @ unit(aside(bend, lower))[..., None]
         frames = _joined(_trunk(joints[None]), _limbs(joints[None], upper[None], hinge[None], grip[..., 0]))
         return cls(Frames(frames.axes[0], frames.origin[0], frames.length[0]), upper, hinge, grip[..., 0])
@@ -109,7 +109,7 @@ def _limbs(joints: FloatArray, root: FloatArray, hinge: FloatArray, grip: FloatA
     bones = np.diff(limbs, axis=2)
     upper, lower = unit(bones[:, :, 0]), unit(bones[:, :, 1])
     first = unit(aside(_carried(hinge, root, upper), upper))
-    bend = _bent(np.cross(upper, lower), first, upper)
+    bend = _bent(cross(upper, lower), first, upper)
     folded = unit(aside(bend, lower))
     end = _ends(joints, lower, folded)
     gripped = (end @ grip[..., None])[..., 0]
@@ -134,9 +134,9 @@ def _ends(joints: FloatArray, lower: FloatArray, folded: FloatArray) -> FloatArr
     limbs = joints[:, _LIMB_JOINTS]
     along = unit(limbs[:, :, 3] - limbs[:, :, 2])
     thumb = unit(aside(joints[:, _THUMBS] - limbs[:, :2, 2], along[:, :2]))
-    ankle = np.cross(lower[:, 2:], along[:, 2:])
+    ankle = cross(lower[:, 2:], along[:, 2:])
     # What stands in for a thumb in line with its hand is a direction like it, not an axis: mirror images stay alike.
-    thumb = thumb + THUMB_EASE * np.cross(along[:, :2], folded[:, :2])
+    thumb = thumb + THUMB_EASE * cross(along[:, :2], folded[:, :2])
     return _axes(along, np.concatenate([thumb, ankle + THUMB_EASE * folded[:, 2:]], axis=1))
 
 
@@ -155,7 +155,7 @@ def _shared(first: FloatArray, last: FloatArray) -> tuple[FloatArray, FloatArray
 def _axes(along: FloatArray, beside: FloatArray) -> FloatArray:
     """(..., 3) unit axis and a vector roughly across it -> (..., 3, 3) right-handed axes in columns."""
     side = unit(aside(beside, along))
-    return np.stack([along, side, np.cross(along, side)], axis=-1)
+    return np.stack([along, side, cross(along, side)], axis=-1)
 
 
 def _joined(trunk: Frames, limbs: Frames) -> Frames:

@@ -8,6 +8,7 @@ the joints' frame, triangles counter-clockwise from outside.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -53,17 +54,24 @@ def body_mesh(
 
     held: what is in the hands, of ``props.HELD``.
     """
-    dressed = dressed_body(body, lod)
-    joints = np.asarray(joints, dtype=np.float64)
-    vertices = skinned(dressed, joints[None])[0]
-    if not held:
-        return vertices, dressed.triangles, dressed.colours
-    points, corners, colours = held_mesh(held, body.style.hand, joints)
-    return (
-        np.concatenate([vertices, points]),
-        np.concatenate([dressed.triangles, corners + np.int32(len(vertices))]),
-        np.concatenate([dressed.colours, colours]),
-    )
+    return held_meshes(body, np.asarray(joints)[None], [held], lod)[0]
+
+
+def held_meshes(
+    body: Body, joints: FloatArray, held: Sequence[str], lod: int = 0
+) -> list[tuple[FloatArray, Int32Array, UInt8Array]]:
+    """(T, 25, 3) joints and what is in the hands at each time -> what ``body_mesh`` gives at each."""
+    vertices, triangles, colours = body_meshes(body, joints, lod)
+    meshes = [(at, triangles, colours) for at in vertices]
+    for k, name in enumerate(held):
+        if name:
+            points, corners, paint = held_mesh(name, body.style.hand, np.asarray(joints[k], dtype=np.float64))
+            meshes[k] = (
+                np.concatenate([vertices[k], points]),
+                np.concatenate([triangles, corners + np.int32(len(vertices[k]))]),
+                np.concatenate([colours, paint]),
+            )
+    return meshes
 
 
 def body_meshes(body: Body, joints: FloatArray, lod: int = 0) -> tuple[FloatArray, Int32Array, UInt8Array]:

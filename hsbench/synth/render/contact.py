@@ -40,42 +40,64 @@ def light_left(
     from_above: bool,
     ends: FloatArray,
     radii: FloatArray,
+    farthest_m: float = math.inf,
 ) -> FloatArray:
     """(h, w) depths along (h, w, 3) rays, (C, 2, 3) ends and (C, 2) radii of capsules -> (h, w) share of light left.
 
     Each capsule takes from a level surface what its nearest sphere covers of the sky: cos (r / d)^2 (Lambert's law),
     faded to nothing at REACH_M. Capsules of one body overlap, so that the one that covers most counts.
     Where depth is 0, nothing is lost; from above, depths are heights and rays as ``ray_table`` has them.
+    farthest_m: no depth beyond it is in their reach; given, it saves time.
     """
     left: FloatArray = np.ones(depth_m.shape)
     m = world_T_camera
-    low, high = np.empty((len(ends), 3)), np.empty((len(ends), 3))  # of what each capsule can shade
-    for k in range(len(ends)):
-        reach = _reach(radii[k].max())
-        for c in range(3):
-            low[k, c] = ends[k, :, c].min() - reach
-            high[k, c] = ends[k, :, c].max() + (reach if c < 2 else 0.0)
-    x0, y0, z0 = low[:, 0].min(), low[:, 1].min(), low[:, 2].min()
-    x1, y1, z1 = high[:, 0].max(), high[:, 1].max(), high[:, 2].max()
+    capsules = _packed(ends, radii)
+    x0, y0, z0 = capsules[:, 0].min(), capsules[:, 1].min(), capsules[:, 2].min()
+    x1, y1, z1 = capsules[:, 3].max(), capsules[:, 4].max(), capsules[:, 5].max()
     for i in range(left.shape[0]):
         for j in range(left.shape[1]):
             depth = float(depth_m[i, j])
+            if depth > farthest_m or (depth == 0.0 and not from_above):
+                continue
             level = 1.0 if from_above else depth
             u, v, w = level * rays[i, j, 0], level * rays[i, j, 1], depth * rays[i, j, 2]
             z = m[2, 0] * u + m[2, 1] * v + m[2, 2] * w + m[2, 3]
-            if (depth == 0.0 and not from_above) or not z0 < z < z1:
+            if not z0 < z < z1:
                 continue
             x = m[0, 0] * u + m[0, 1] * v + m[0, 2] * w + m[0, 3]
             y = m[1, 0] * u + m[1, 1] * v + m[1, 2] * w + m[1, 3]
             if not (x0 < x < x1 and y0 < y < y1):
                 continue
             covered = LEAST_COVERED
-            for k in range(len(ends)):
-                if low[k, 2] < z < high[k, 2] and low[k, 0] < x < high[k, 0] and low[k, 1] < y < high[k, 1]:
-                    covered = _covered(x, y, z, ends, radii, k, covered)
+            for k in range(len(capsules)):
+                if (
+                    capsules[k, 2] < z < capsules[k, 5]
+                    and capsules[k, 0] < x < capsules[k, 3]
+                    and capsules[k, 1] < y < capsules[k, 4]
+                ):
+                    covered = _covered(x, y, z, capsules, k, covered)
             if covered > LEAST_COVERED:
                 left[i, j] = 1.0 - SKY_SHARE * covered
     return left
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _packed(ends: FloatArray, radii: FloatArray) -> FloatArray:
+    """(C, 17): low and high corner of what a capsule can shade, start, axis, axis / length^2, radius and its growth."""
+    rows = np.empty((len(ends), 17))
+    for k in range(len(ends)):
+        reach = _reach(radii[k].max())
+        square = 0.0
+        for c in range(3):
+            axis = ends[k, 1, c] - ends[k, 0, c]
+            square += axis * axis
+            rows[k, c] = ends[k, :, c].min() - reach
+            rows[k, 3 + c] = ends[k, :, c].max() + (reach if c < 2 else 0.0)
+            rows[k, 6 + c], rows[k, 9 + c] = ends[k, 0, c], axis
+        for c in range(3):
+            rows[k, 12 + c] = rows[k, 9 + c] / max(square, 1e-12)
+        rows[k, 15], rows[k, 16] = radii[k, 0], radii[k, 1] - radii[k, 0]
+    return rows
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -92,13 +114,12 @@ def _reach(radius: float) -> float:
 
 
 @numba.njit(cache=True, error_model="numpy", forceinline=True)
-def _covered(x: float, y: float, z: float, ends: FloatArray, radii: FloatArray, k: int, least: float) -> float:
-    """What capsule k covers of the sky over a point, or ``least`` where that is more."""
-    ax, ay, az = x - ends[k, 0, 0], y - ends[k, 0, 1], z - ends[k, 0, 2]
-    bx, by, bz = ends[k, 1, 0] - ends[k, 0, 0], ends[k, 1, 1] - ends[k, 0, 1], ends[k, 1, 2] - ends[k, 0, 2]
-    along = min(max((ax * bx + ay * by + az * bz) / max(bx * bx + by * by + bz * bz, 1e-12), 0.0), 1.0)
-    dx, dy, up = ax - along * bx, ay - along * by, along * bz - az
-    radius = radii[k, 0] + along * (radii[k, 1] - radii[k, 0])
+def _covered(x: float, y: float, z: float, capsules: FloatArray, k: int, least: float) -> float:
+    """What a packed capsule covers of the sky over a point, or ``least`` where that is more."""
+    ax, ay, az = x - capsules[k, 6], y - capsules[k, 7], z - capsules[k, 8]
+    along = min(max(ax * capsules[k, 12] + ay * capsules[k, 13] + az * capsules[k, 14], 0.0), 1.0)
+    dx, dy, up = ax - along * capsules[k, 9], ay - along * capsules[k, 10], along * capsules[k, 11] - az
+    radius = capsules[k, 15] + along * capsules[k, 16]
     square = dx * dx + dy * dy + up * up
     # The square of the ratio is the most it can be, and told without a root.
     if up <= 0.0 or square >= (radius + REACH_M) ** 2 or radius**2 <= least * square:

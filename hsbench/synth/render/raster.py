@@ -135,6 +135,16 @@ def _nearest(
     return triangle, near
 
 
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _rows(matrix: FloatArray) -> tuple[tuple[float, float, float], ...]:
+    """The rows of a (3, 3) matrix as floats, which compiled loops keep in registers."""
+    return (
+        (matrix[0, 0], matrix[0, 1], matrix[0, 2]),
+        (matrix[1, 0], matrix[1, 1], matrix[1, 2]),
+        (matrix[2, 0], matrix[2, 1], matrix[2, 2]),
+    )
+
+
 @numba.njit(cache=True, error_model="numpy")
 def _draw(
     facets: Facets, rays: FloatArray, u0: int, v0: int, limit: float, triangle: Int32Array, near: FloatArray
@@ -142,19 +152,18 @@ def _draw(
     height, width = triangle.shape
     for t in range(len(facets.plane)):
         left, top, right, bottom = facets.boxes[t]
-        e, p = facets.edges[t], facets.plane[t]
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = _rows(facets.edges[t])
+        px, py, pz = facets.plane[t, 0], facets.plane[t, 1], facets.plane[t, 2]
         for turn in (-rays.shape[1], 0, rays.shape[1]):  # a box may reach beyond a 360 image
+            if right + turn <= u0 or left + turn >= u0 + width:
+                continue
             for v in range(max(top, v0), min(bottom, v0 + height)):
                 for u in range(max(left + turn, u0), min(right + turn, u0 + width)):
                     x, y, z = rays[v, u, 0], rays[v, u, 1], rays[v, u, 2]
-                    if (
-                        e[0, 0] * x + e[0, 1] * y + e[0, 2] * z >= 0.0
-                        and e[1, 0] * x + e[1, 1] * y + e[1, 2] * z >= 0.0
-                        and e[2, 0] * x + e[2, 1] * y + e[2, 2] * z >= 0.0
-                    ):
-                        found = p[0] * x + p[1] * y + p[2] * z
-                        if near[v - v0, u - u0] < found <= limit:
-                            near[v - v0, u - u0], triangle[v - v0, u - u0] = found, t
+                    least = min(ax * x + ay * y + az * z, bx * x + by * y + bz * z, cx * x + cy * y + cz * z)
+                    found = px * x + py * y + pz * z
+                    if (least >= 0.0) & (found > near[v - v0, u - u0]) & (found <= limit):
+                        near[v - v0, u - u0], triangle[v - v0, u - u0] = found, t
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -166,22 +175,21 @@ def _draw_samples(
     (u0, v0), (height, width) = corner, slots.shape
     for t in range(len(facets.plane)):
         left, top, right, bottom = facets.boxes[t]
-        e, p = facets.edges[t], facets.plane[t]
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = _rows(facets.edges[t])
+        px, py, pz = facets.plane[t, 0], facets.plane[t, 1], facets.plane[t, 2]
         for turn in (-image_width, 0, image_width):
+            if right + 1 + turn <= u0 or left - 1 + turn >= u0 + width:
+                continue
             # A sample may lie in a triangle that misses the centre of its pixel.
             for v in range(max(top - 1, v0), min(bottom + 1, v0 + height)):
                 for u in range(max(left - 1 + turn, u0), min(right + 1 + turn, u0 + width)):
                     k = slots[v - v0, u - u0]
                     for s in range(triangle.shape[1] if k >= 0 else 0):
                         x, y, z = rays[k, s, 0], rays[k, s, 1], rays[k, s, 2]
-                        if (
-                            e[0, 0] * x + e[0, 1] * y + e[0, 2] * z >= 0.0
-                            and e[1, 0] * x + e[1, 1] * y + e[1, 2] * z >= 0.0
-                            and e[2, 0] * x + e[2, 1] * y + e[2, 2] * z >= 0.0
-                        ):
-                            found = p[0] * x + p[1] * y + p[2] * z
-                            if near[k, s] < found <= limit:
-                                near[k, s], triangle[k, s] = found, t
+                        least = min(ax * x + ay * y + az * z, bx * x + by * y + bz * z, cx * x + cy * y + cz * z)
+                        found = px * x + py * y + pz * z
+                        if (least >= 0.0) & (found > near[k, s]) & (found <= limit):
+                            near[k, s], triangle[k, s] = found, t
 
 
 @numba.njit(cache=True, error_model="numpy")

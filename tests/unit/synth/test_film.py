@@ -17,6 +17,7 @@ from hsbench.io.frame_store import Film, Picture
 from hsbench.io.images import depth_to_mm
 from hsbench.schema import KINECT_V2, Part, PoseTable, Room, Scene, SceneObject, Sensor
 from hsbench.schema.scene import PERSON_ID_OFFSET
+from hsbench.synth.assemble import film
 from hsbench.synth.film import Filming, room_lighting, stand_before
 from hsbench.synth.people import Body, body_mesh
 from hsbench.synth.people.channels import pose, standing
@@ -199,6 +200,36 @@ def test_no_shade_falls_outside_the_crop(filming: Filming, monkeypatch: pytest.M
 def left_at(points: np.ndarray, ends: np.ndarray, radii: np.ndarray) -> np.ndarray:
     """(h, w) light left at (h, w, 3) points: what rays from the origin show at depth 1."""
     return light_left(np.ones(points.shape[:2]), points, np.eye(4), False, ends, radii)
+
+
+@pytest.mark.parametrize("kind", SENSORS)
+def test_nothing_beyond_the_farthest_depth_is_shaded(filming: Filming, kind: str) -> None:
+    film = replace(filming, sensor=SENSORS[kind])
+    background = film.background()
+    for stamp in range(len(PLACES)):
+        (people,) = film.people([stamp])
+        unbounded = [replace(person, farthest_m=np.inf) for person in people]
+        a, b = film.patch(background, stamp, people), film.patch(background, stamp, unbounded)
+        assert np.array_equal(a.mask, b.mask)
+        assert np.array_equal(a.picture.rgb, b.picture.rgb)
+
+
+def test_people_posed_together_are_those_posed_alone(filming: Filming) -> None:
+    stamps = [*range(len(PLACES)), NOBODY, AWAY]
+    for stamp, together in zip(stamps, filming.people(stamps), strict=True):
+        (alone,) = filming.people([stamp])
+        assert [(p.mesh.mesh_id, p.window, p.farthest_m) for p in alone] == [
+            (p.mesh.mesh_id, p.window, p.farthest_m) for p in together
+        ]
+        for a, b in zip(alone, together, strict=True):
+            assert np.array_equal(a.mesh.vertices, b.mesh.vertices)
+            assert np.array_equal(a.ends, b.ends)
+    times = np.array([0, 1, 2, 3, 4, 5, 6, HIDDEN, AWAY, NOBODY], dtype=np.int64)
+    made = film(filming, times, 0, "none")
+    for k in (3, 9, 0, 7):
+        expected, patch = filming.patch(made.background, int(times[k])), made.patch(k)
+        assert np.array_equal(patch.mask, expected.mask)
+        assert np.array_equal(patch.picture.rgb, expected.picture.rgb)
 
 
 def test_a_ball_on_the_floor_takes_the_light_of_the_sky_it_covers() -> None:
