@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from hsbench.geometry.cameras import TopDownCamera
+from hsbench.geometry.cameras import EquirectangularCamera, TopDownCamera
 from hsbench.geometry.rays import pack_solids, segments_blocked
 from hsbench.geometry.transforms import apply, invert, planar
 from hsbench.schema.episode import Episode
@@ -28,6 +28,10 @@ BODY_SHARE = 0.99
 """Of joints: in a sharply bent limb one may lie a little outside of the skin."""
 VIEW_M = 0.01
 VIEW_POINTS = 1000
+JOINT_PX = 0.5
+"""Joints of one person at one time, told by two sensors, lie no farther apart in a picture."""
+NEAR_M = 0.2
+"""A joint nearer to a lens moves by pixels where it moves by the tenth of a millimetre to which it is stored."""
 CUT_M = 2.3
 """A view from above is cut there, as a floor plan is."""
 LIFT_M = 0.005
@@ -127,12 +131,62 @@ def view_faults(episodes: Sequence[Episode]) -> Iterator[str]:
     """Episodes of one room by several sensors: a point that both see lies in one place."""
     for a in episodes:
         for b in episodes:
-            share = None if a is b else agreement(a, b)
+            if a is b:
+                continue
+            apart_px = joints_apart_px(a, b)
+            if apart_px is not None and apart_px > JOINT_PX:
+                yield (
+                    f"a joint of {a.episode_id} projects {apart_px:.2f} px beside that of {b.episode_id}; "
+                    f"expected at most {JOINT_PX:g} px"
+                )
+            share = agreement(a, b)
             if share is not None and share < SHARE:
                 yield (
                     f"{share:.2%} of the points that {a.episode_id} and {b.episode_id} both see at t0 lie in one place "
                     f"to {100 * VIEW_M:g} cm; expected {SHARE:.1%}"
                 )
+
+
+def joints_apart_px(a: Episode, b: Episode) -> float | None:
+    """How far in the picture of b two places of a joint lie at most: its own, and that of a, moved; None: no joint.
+
+    Of true joints at times of both. Columns of a 360 picture are counted around it.
+    """
+    one, other, moved = _joints(a), _joints(b), _scenes(a, b)
+    if one is None or other is None or moved is None:
+        return None
+    theirs = {key: row for row, key in enumerate(zip(*other[:2], strict=True))}
+    pairs = [(row, theirs[key]) for row, key in enumerate(zip(*one[:2], strict=True)) if key in theirs]
+    if not pairs:
+        return None
+    camera, camera_T_world = b.sensor.camera, invert(b.placed_sensor.world_T_camera)
+    rows, own_rows = np.array(pairs).T
+    pixels, depth_m = camera.project(apply(camera_T_world @ moved, one[2][rows]))
+    own, _ = camera.project(apply(camera_T_world, other[2][own_rows]))
+    inside = camera.contains(own) & (depth_m > NEAR_M)
+    if not inside.any():
+        return None
+    off = np.abs(pixels - own)[inside]
+    if isinstance(camera, EquirectangularCamera):
+        off[:, 0] = np.minimum(off[:, 0], camera.width_px - off[:, 0])
+    return float(np.hypot(*off.T).max())
+
+
+def _joints(episode: Episode) -> tuple[list[int], list[int], FloatArray] | None:
+    """Time, person and (N, J, 3) places of the true joints."""
+    truth = episode.truth
+    if truth is None or truth.poses is None or truth.poses.poses.joints_m is None:
+        return None
+    poses = truth.poses.poses
+    assert poses.joints_m is not None
+    return poses.timestamp_ns.tolist(), poses.track_id.tolist(), poses.joints_m.astype(np.float64)
+
+
+def _scenes(a: Episode, b: Episode) -> FloatArray | None:
+    """(4, 4) b_T_a of the frames of two episodes in one room, None where truth has no scene."""
+    if a.truth is None or b.truth is None or a.truth.scene is None or b.truth.scene is None:
+        return None
+    return _transform(b.truth.scene, a.truth.scene)
 
 
 def agreement(a: Episode, b: Episode) -> float | None:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from hsbench import load
-from hsbench.datasets.geometry_checks import agreement, geometry_faults, view_faults
-from hsbench.geometry.transforms import planar
+from hsbench.datasets.geometry_checks import agreement, geometry_faults, joints_apart_px, view_faults
+from hsbench.geometry.transforms import apply, planar
 from hsbench.schema.episode import Episode, FramesTruth, FrameTruth
 from hsbench.schema.scene import PERSON_ID_OFFSET
 
@@ -114,6 +114,30 @@ def test_views_of_one_room_agree(episode: Episode) -> None:
     faults = list(view_faults([episode, nearer]))
     assert len(faults) == 2
     assert "twin both see at t0 lie in one place to 1 cm" in faults[0]
+
+
+def turned(episode: Episode) -> Episode:
+    """The same room and people, told in another frame by the same sensor placed elsewhere."""
+    truth, move = episode.truth, planar(0.3, -0.2, 0.1)
+    joints = apply(move, truth.poses.poses.joints_m.astype(np.float64)).astype(np.float32)
+    poses = replace(truth.poses, poses=replace(truth.poses.poses, joints_m=joints))
+    return with_truth(replace(episode, episode_id="turned"), scene=truth.scene.moved(move), poses=poses)
+
+
+def test_joints_told_by_two_sensors_project_to_one_place(episode: Episode) -> None:
+    other = turned(episode)
+    assert joints_apart_px(episode, other) < 0.05  # float32 and nothing else
+    assert joints_apart_px(other, episode) < 0.05
+    joints = other.truth.poses.poses.joints_m + np.array([0.0, 0.05, 0.0], dtype=np.float32)
+    table = replace(other.truth.poses, poses=replace(other.truth.poses.poses, joints_m=joints))
+    aside = with_truth(other, poses=table)
+    depth_m, fx_px = 4.0, episode.sensor.camera.fx_px
+    assert joints_apart_px(episode, aside) > 0.05 * fx_px / depth_m * 0.9  # somebody is nearer than 4 m
+    assert any("expected at most 0.5 px" in fault for fault in view_faults([episode, aside]))
+    assert joints_apart_px(replace(episode, truth=None), other) is None
+    later = replace(other.truth.poses.poses, timestamp_ns=other.truth.poses.poses.timestamp_ns + 1)
+    never = with_truth(other, poses=replace(other.truth.poses, poses=later))
+    assert joints_apart_px(episode, never) is None
 
 
 def test_nothing_to_compare(rgbd: Path, episode: Episode) -> None:
