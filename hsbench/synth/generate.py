@@ -155,11 +155,12 @@ def make_unit(job: Job, unit: tuple[int, str], out: Path) -> list[str]:
     """
     number, split = unit
     renderer = None if job.frames == "none" else _renderer(job.renderer).name
-    episodes, unit_name = out / EPISODES_FOLDER, episode_id(find_recipe(job.recipe).name, number)
+    recipe, episodes = find_recipe(job.recipe), out / EPISODES_FOLDER
+    unit_name, known_as = episode_id(recipe.name, number), recipe.known_as(number, split)
     made: list[str] = []
     with _named(job, number), TemporaryDirectory(prefix=".unit-", suffix=PART, dir=episodes) as staging:
         for episode in _built(job, unit):
-            write_episode(Path(staging) / episode.episode_id, episode, f"scene-{number:06d}", split, renderer)
+            write_episode(Path(staging) / episode.episode_id, episode, *known_as, renderer)
             made.append(episode.episode_id)
         if made[:1] != [unit_name]:
             raise DataError(

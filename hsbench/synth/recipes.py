@@ -17,12 +17,14 @@ from typing import Any
 from hsbench.errors import DataError, SchemaError
 from hsbench.io.resources import resource
 from hsbench.io.scene_folder import SCENE_FILE, SCENE_FILES
+from hsbench.io.strict_json import read_json
 from hsbench.schema.episode import Episode
 from hsbench.synth.render import Renderer
 from hsbench.synth.seeds import Seeds
 from hsbench.typing import IntArray
 
 SPLIT_STRIDE = 1000  # splits begin at multiples of it
+IMPORTED_SPLIT = "test-novel"
 ENGINE_PACKAGES = ("geometry", "schema", "io", "truth", "synth")
 
 
@@ -43,11 +45,16 @@ class Unit:
     @property
     def scene_id(self) -> str:
         """The scene's name in all data sets."""
-        return f"scene-{self.number:06d}"
+        return scene_id(self.number)
 
     def filmed(self, timestamps_ns: IntArray) -> IntArray:
         """Those of an episode's (n,) frame times, from t0 on, of which pictures are made."""
         return timestamps_ns[:: frame_step(self.frames) or len(timestamps_ns)]
+
+
+def scene_id(number: int) -> str:
+    """The name of a generated scene in all data sets."""
+    return f"scene-{number:06d}"
 
 
 def is_watched_long(number: int, split: str, scenes: tuple[int, int]) -> bool:
@@ -72,6 +79,8 @@ def frame_step(frames: str) -> int:
 class Recipe:
     """A recipe on disk: its name, folder, settings, ``build``, and a hash of everything that decides what it makes:
     its code and settings, and the code of the engine.
+
+    imported: the id of the imported scene that it films, None where it makes its own.
     """
 
     name: str
@@ -79,6 +88,11 @@ class Recipe:
     config: Mapping[str, Any]
     sha256: str
     build: Callable[[Mapping[str, Any], Unit], Iterator[Episode]]
+    imported: str | None = None
+
+    def known_as(self, number: int, split: str) -> tuple[str, str]:
+        """(scene id, split) of a unit in the index. An imported room is one scene, and new to whoever trained."""
+        return (scene_id(number), split) if self.imported is None else (self.imported, IMPORTED_SPLIT)
 
 
 @lru_cache(maxsize=8)
@@ -116,9 +130,11 @@ def find_recipe(name_or_path: str) -> Recipe:
         table = tomllib.loads(config.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
         raise DataError(f"{config} is no readable TOML: {error}") from error
+    imported = None
     if "scene" in table:
-        table["scene"] = str(_imported_scene(folder, table["scene"], digest))
-    return Recipe(name, folder, table, digest.hexdigest(), build)
+        scene = _imported_scene(folder, table["scene"], digest)
+        table["scene"], imported = str(scene), str(read_json(scene / SCENE_FILE)["scene_id"])
+    return Recipe(name, folder, table, digest.hexdigest(), build, imported)
 
 
 def _imported_scene(folder: Path, scene: object, digest: hashlib._Hash) -> Path:

@@ -45,8 +45,12 @@ def scene_cell(episode: Episode) -> UInt8Array:
 
 
 def sheet(cells: Sequence[UInt8Array], columns: int = COLUMNS) -> UInt8Array:
-    """Pictures tiled on white, row by row."""
+    """Pictures tiled on white, row by row; the first takes a row of its own where it is wider than the others."""
     height, width = max(c.shape[0] for c in cells), max(c.shape[1] for c in cells)
+    if len(cells) > 1 and width > max(cell.shape[1] for cell in cells[1:]):
+        below = sheet(cells[1:], min(columns, len(cells) - 1))
+        width = max(width, below.shape[1])
+        return np.concatenate([_padded(cells[0], cells[0].shape[0], width), _padded(below, below.shape[0], width)])
     padded = [_padded(cell, height, width) for cell in cells]
     padded += [np.full_like(padded[0], 255)] * (-len(padded) % columns)
     rows = [beside(padded[k : k + columns], GAP_PX) for k in range(0, len(padded), columns)]

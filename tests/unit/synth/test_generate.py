@@ -18,6 +18,7 @@ import hsbench
 from hsbench import load
 from hsbench.datasets.verify import verify_episode, verify_files
 from hsbench.errors import DataError, HsbenchError, SchemaError
+from hsbench.io.scene_folder import read_scene
 from hsbench.io.splits import read_splits
 from hsbench.synth.generate import Job, generate
 from hsbench.synth.recipes import find_recipe
@@ -311,6 +312,37 @@ def test_a_failure_of_a_recipe_says_where_and_keeps_its_cause(write_recipe: Writ
     with pytest.raises(RuntimeError, match=where) as error:
         list(generate(job, tmp_path / "out"))
     assert isinstance(error.value.__cause__, ZeroDivisionError)
+
+
+def test_an_imported_room_is_one_scene_of_one_split(rgbd: Path, short_recipe: Path, tmp_path: Path) -> None:
+    """Whatever the number of a unit, so that no room is both trained on and tested on."""
+    imported = tmp_path / "scene"
+    imported.mkdir()
+    for name in ("scene.json", "scene.npz"):
+        shutil.copy(rgbd / "episodes" / "rgbd-activity-000000" / "truth" / name, imported)
+    recipe = tmp_path / "recipe" / "rgbd-activity"
+    shutil.copytree(short_recipe, recipe)
+    config = recipe / "config.toml"
+    config.write_text('scene = "../../scene"\n' + config.read_text())
+    out = tmp_path / "out"
+    list(generate(Job(str(recipe), 0, (UNITS[0], UNITS[2]), "none", "raycast"), out))
+    data = load(out, truth=True)
+    assert len(data) == 2
+    assert set(data.scene_ids) == {read_scene(imported).scene_id}
+    assert {row["split"] for row in data.rows} == {"test-novel"}
+    pieces = sorted(item.category_name for item in read_scene(imported).objects)
+    for episode in data:
+        assert sorted(item.category_name for item in episode.truth.scene.objects) == pieces
+        assert verify_episode(episode) == []
+    assert not np.array_equal(data[0].truth.poses.poses.joints_m, data[1].truth.poses.poses.joints_m)
+    before = find_recipe(str(recipe)).sha256
+    find_recipe.cache_clear()
+    shutil.copy(rgbd / "episodes" / f"rgbd-activity-{UNITS[2][0]:06d}" / "truth" / "scene.npz", imported)
+    assert find_recipe(str(recipe)).sha256 != before  # what is filmed decides what is made
+    shutil.rmtree(imported)
+    find_recipe.cache_clear()
+    with pytest.raises(DataError, match="expected a folder that hsbench import scene made"):
+        find_recipe(str(recipe))
 
 
 def test_a_recipe_may_give_several_episodes_of_a_scene(short_recipe: Path, tmp_path: Path) -> None:

@@ -26,6 +26,14 @@ def test_cells_are_tiled_row_by_row_on_white() -> None:
     assert (page[height:, width:] == 255).all(), "no fourth cell"
 
 
+def test_a_first_cell_wider_than_the_others_stands_alone() -> None:
+    cells = [np.full((10, 50, 3), 1, np.uint8), *(np.full((10, 20, 3), 10 * k, np.uint8) for k in (2, 3, 4))]
+    page = sheet(cells, columns=3)
+    assert page.shape[:2] == (20, 3 * 20 + 2 * 14)
+    assert (page[:10] == 1).all(axis=2).sum() == 500
+    assert [page[15, x, 0] for x in (5, 5 + 34, 5 + 68)] == [20, 30, 40]
+
+
 def test_a_cell_shows_plan_and_picture(rgbd: Path) -> None:
     episode = load(rgbd, "val", truth=True)[0]
     cell = scene_cell(episode)
