@@ -39,7 +39,7 @@ def main() -> None:
         folder = arguments.out / "predictions" / (name if until_s is None else f"{name}@{until_s:g}s")
         for _ in predict(name, load(data, "val", until_s=until_s), folder, replace_out=True):
             pass
-        return score(folder, SCENE_COMPLETION, load(data, "val"))
+        return score(SCENE_COMPLETION.name, folder, load(data, "val"))
 
     reports = {name: run(name) for name in METHODS}
     counts = reports["carve"].counts

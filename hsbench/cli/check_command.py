@@ -36,8 +36,10 @@ def command(
     from hsbench.submission.check import check
     from hsbench.tasks import task
 
-    dataset = load(data, split)
-    faults = check(submission, task(task_name), dataset.episode_ids, allow_missing=allow_missing)
+    dataset = load(data, split, frames=False)
+    faults = check(
+        submission, task(task_name), dataset.episode_ids, allow_missing=allow_missing, inputs=dataset.episode
+    )
     if as_json:
         print_json({"submission": str(submission), "episodes": len(dataset), "faults": faults})
         context.exit(SubmissionError.exit_code if faults else 0)

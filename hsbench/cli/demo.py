@@ -79,7 +79,7 @@ def demo(out: Path, workers: int, quick: bool = False) -> Iterator[Step]:
         for _ in predict(name, chosen, predictions / name, replace_out=True):
             pass
         check_or_raise(predictions / name, SCENE_COMPLETION, chosen.episode_ids)
-        report = score(predictions / name, SCENE_COMPLETION, load(data, SPLIT, frames=False))
+        report = score(SCENE_COMPLETION.name, predictions / name, load(data, SPLIT, frames=False))
         write_report(out / f"{name}.json", report)
         write_entry(board, Entry(name, YEAR, report.method.authors, "self-reported", report), replace=True)
         reports[name] = report

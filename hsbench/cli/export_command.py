@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from hsbench.cli.common import ANY_PATH
+from hsbench.cli.common import ANY_PATH, progress
+
+if TYPE_CHECKING:
+    from hsbench.datasets.dataset import Dataset
+
+FORMS = ("coco", "huggingface", "webdataset", "croissant", "glb", "rerun")
 
 
 @click.command(
-    epilog="Example: hsbench export data/rgbd --episode rgbd-activity-000000 --glb room.glb --plan room.svg",
-    short_help="a scene as GLB, JSON or plan drawing",
+    epilog="Example: hsbench export data/rgbd --to coco --out coco",
+    short_help="a data set as COCO, Hugging Face, WebDataset ..., or a scene as GLB, JSON or plan",
 )
-@click.argument("source", type=ANY_PATH, metavar="SCENE")
-@click.option("--episode", metavar="ID", help="Which episode, where SCENE is a data set.")
+@click.argument("source", type=ANY_PATH, metavar="DATA|SCENE")
+@click.option("--to", "form", type=click.Choice(FORMS), help="What to make of DATA.")
+@click.option("--out", type=ANY_PATH, metavar="DIR", help="A new folder for it.")
+@click.option("--truth", is_flag=True, help="Truth too; without it inputs only.")
+@click.option("--split", metavar="NAME", help="Only this split.")
+@click.option("--episode", metavar="ID", help="Only this episode; which one, where a scene is drawn of a data set.")
 @click.option("--glb", type=ANY_PATH, metavar="FILE", help="Geometry with names, roles and colours (binary glTF 2.0).")
 @click.option("--json", "description", type=ANY_PATH, metavar="FILE", help="Rooms, boxes and parts, readable.")
 @click.option("--plan", type=ANY_PATH, metavar="FILE", help="Plan seen from above, .svg or .png.")
@@ -22,9 +33,84 @@ from hsbench.cli.common import ANY_PATH
     "--width", "width_px", type=click.IntRange(200, 8000), default=1600, show_default=True, help="Of the PNG."
 )
 def command(
+    source: Path,
+    form: str | None,
+    out: Path | None,
+    truth: bool,
+    split: str | None,
+    episode: str | None,
+    glb: Path | None,
+    description: Path | None,
+    plan: Path | None,
+    width_px: int,
+) -> None:
+    """Write DATA in a form that other tools read (--to, --out), or the scene of SCENE (a scene folder, an episode with
+    truth, or a data set with --episode) as files (--glb, --json, --plan).
+    """
+    files = [path for path in (glb, description, plan) if path is not None]
+    if form is not None:
+        if files:
+            raise click.UsageError("--to takes a data set and --out; --glb, --json and --plan are for one scene")
+        if out is None:
+            raise click.UsageError(f"--to {form} needs --out DIR, a new folder")
+        _export_data(source, form, out, truth, split, episode)
+    elif out is not None or truth or split is not None:
+        raise click.UsageError(f"--out, --truth and --split go with --to, one of {', '.join(FORMS)}")
+    elif not files:
+        raise click.UsageError("nothing to write: give --to and --out, or --glb, --json or --plan")
+    else:
+        _export_scene(source, episode, glb, description, plan, width_px)
+
+
+def _export_data(source: Path, form: str, out: Path, truth: bool, split: str | None, episode: str | None) -> None:
+    from dataclasses import replace
+
+    from hsbench.datasets.dataset import load
+    from hsbench.datasets.exports.coco import write_coco
+    from hsbench.datasets.exports.croissant import write_croissant
+    from hsbench.datasets.exports.glb import write_glb
+    from hsbench.datasets.exports.huggingface import write_huggingface
+    from hsbench.datasets.exports.webdataset import write_webdataset
+    from hsbench.errors import DataError
+
+    writers = {
+        "coco": write_coco,
+        "huggingface": write_huggingface,
+        "webdataset": write_webdataset,
+        "croissant": write_croissant,
+        "glb": write_glb,
+        "rerun": _write_rerun,
+    }
+    if form == "glb" and not truth:
+        raise click.UsageError("a scene is truth: give --truth")
+    if form == "croissant" and (split is not None or episode is not None):
+        raise click.UsageError("croissant describes a whole data set; expected neither --split nor --episode")
+    data = load(source, split, truth=truth)
+    if episode is not None:
+        rows = tuple(row for row in data.rows if row["episode_id"] == episode)
+        if not rows:
+            raise DataError(f"{source} has no episode {episode!r} among {len(data)} (hsbench info tells what it holds)")
+        data = replace(data, rows=rows)
+    count = len(data)
+    for _ in progress(writers[form](data, out), count, "export"):
+        pass
+    click.echo(f"{out}: {count} episodes as {form}, {'with truth' if truth else 'inputs only'}")
+
+
+def _write_rerun(data: Dataset, out: Path) -> Iterator[str]:
+    """``out/EPISODE.rrd`` of each episode; the folder appears at the end, whole."""
+    from hsbench.io.atomic import atomic_folder
+    from hsbench.viz.rerun_log import write_rerun
+
+    with atomic_folder(out) as folder:
+        for episode in data:
+            write_rerun(folder / f"{episode.episode_id}.rrd", episode)
+            yield episode.episode_id
+
+
+def _export_scene(
     source: Path, episode: str | None, glb: Path | None, description: Path | None, plan: Path | None, width_px: int
 ) -> None:
-    """Write the scene of SCENE (a scene folder, an episode with truth, or a data set) in forms others can read."""
     from hsbench.io.atomic import write_bytes, write_json, write_text
     from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER
     from hsbench.io.images import encode_png
@@ -33,8 +119,6 @@ def command(
     from hsbench.io.scene_json import scene_description
     from hsbench.viz.plan import plan_image, plan_svg
 
-    if glb is None and description is None and plan is None:
-        raise click.UsageError("nothing to write: give --glb, --json or --plan")
     if plan is not None and plan.suffix.lower() not in (".svg", ".png"):
         raise click.UsageError(f"--plan {plan}: expected a file that ends in .svg or .png")
     if (source / DATASET_FILE).is_file() and episode is None:

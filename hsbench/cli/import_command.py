@@ -1,4 +1,4 @@
-"""``hsbench import``: SSCNet frames, Kinect v2 recordings and scenes; ``import_poses`` has the other recorded poses."""
+"""``hsbench import``: Kinect v2 recordings and scenes; ``import_rooms`` and ``import_poses`` have the other formats."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
+from hsbench.cli import import_pictures, import_poses, import_rooms
 from hsbench.cli.common import ANY_PATH, FOLDER
-from hsbench.cli.import_poses import COMMANDS
 
 FILE = click.Path(path_type=Path, dir_okay=False)
 
@@ -17,28 +17,6 @@ FILE = click.Path(path_type=Path, dir_okay=False)
 @click.group(short_help="bring a real capture into the schema", epilog="Example: hsbench import sscnet --help")
 def command() -> None:
     """Bring real captures into the common schema, so that the same code loads, predicts and scores them."""
-
-
-@command.command(epilog="Example: hsbench import sscnet NYU0001_0000.png NYU0001_0000.bin --out data/nyu")
-@click.argument("depth_png", type=FILE)
-@click.argument("volume_bin", type=FILE)
-@click.option("--out", required=True, type=FOLDER, metavar="DIR", help="Data set folder; episodes are added to it.")
-@click.option("--name", metavar="ID", help="Episode id; default: the volume's file name.")
-def sscnet(depth_png: Path, volume_bin: Path, out: Path, name: str | None) -> None:
-    """An SSCNet / NYU frame: depth image DEPTH_PNG and labelled volume VOLUME_BIN, as input and truth."""
-    from hsbench.datasets.importers.captures import add_capture, sscnet_episode
-    from hsbench.datasets.importers.sscnet import read_frame
-    from hsbench.tasks.scene_completion import GRID
-
-    episode = sscnet_episode(read_frame(depth_png, volume_bin), name or volume_bin.stem, GRID)
-    add_capture(out, episode)
-    sensor = episode.sensor
-    click.echo(
-        f"{out}: episode {episode.episode_id}, camera {sensor.height_m:.2f} m high, "
-        f"{_tilt(sensor.tilt_rad)}, rolled {math.degrees(sensor.roll_rad):.1f} deg"
-        + ("" if episode.truth else "; the volume has no labels, so there is no truth")
-    )
-    click.echo(f"next: hsbench predict all-solid --data {out} --out pred")
 
 
 @command.command(
@@ -140,8 +118,8 @@ def scene(
     click.echo(f"next: hsbench export {out} --plan plan.svg")
 
 
-for pose_command in COMMANDS:
-    command.add_command(pose_command)
+for other in (*import_rooms.COMMANDS, *import_poses.COMMANDS, *import_pictures.COMMANDS):
+    command.add_command(other)
 
 
 def _tilt(tilt_rad: float) -> str:

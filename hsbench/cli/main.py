@@ -23,6 +23,7 @@ COMMANDS = {
     "info": "what a data set holds",
     "view": "an episode as a contact sheet and a clip",
     "import": "bring a real capture or a 3D scene into the schema",
+    "annotate": "labels, boxes and plans drawn by hand as truth of a capture",
     "export": "a scene as GLB, JSON or plan drawing",
     "tasks": "list the tasks",
     "task": "one task, exactly",

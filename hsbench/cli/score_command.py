@@ -33,11 +33,10 @@ def command(
     from hsbench.datasets.dataset import load
     from hsbench.evaluation.report import write_report
     from hsbench.evaluation.score import score
-    from hsbench.tasks import task
 
     if out is not None:
         _refuse_other_file(out)
-    report = score(submission, task(task_name), load(data, split, frames=False), allow_missing=allow_missing)
+    report = score(task_name, submission, load(data, split, frames=False), allow_missing=allow_missing)
     if out is not None:
         write_report(out, report)
     if as_json:

@@ -1,10 +1,13 @@
-"""``hsbench task show NAME``."""
+"""``hsbench task show NAME`` and ``hsbench task template NAME``."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
-from hsbench.cli.common import json_option, print_json
+from hsbench.cli.common import FOLDER, data_option, json_option, print_json, progress
+from hsbench.errors import HsbenchError
 
 
 @click.group(short_help="one task, exactly", epilog="Example: hsbench task show scene-completion")
@@ -17,6 +20,8 @@ def command() -> None:
 @json_option
 def show(name: str, as_json: bool) -> None:
     """What task NAME gives, asks and scores."""
+    from hsbench.evaluation.scorers import metrics_of
+    from hsbench.io.plain import to_plain
     from hsbench.tasks import task
 
     spec = task(name)
@@ -25,13 +30,15 @@ def show(name: str, as_json: bool) -> None:
         "name": spec.name,
         "version": spec.version,
         "title": spec.title,
-        "dataset": spec.dataset,
+        "datasets": list(spec.datasets),
         "inputs": list(spec.inputs),
         "tracks": list(spec.tracks),
-        "grid": {"origin_m": list(spec.grid.origin_m), "shape": list(spec.grid.shape), "voxel_m": spec.grid.voxel_m},
+        "grid": to_plain(spec.grid),
         "prediction": {"file": f"predictions/<episode_id>{spec.prediction.suffix}", "arrays": arrays},
+        "mask": spec.mask,
         "protocol": spec.protocol,
         "primary_metric": f"{spec.primary_metric} ({spec.direction} is better)",
+        "metrics": list(metrics_of(name)),
         "observation_times_s": list(spec.observation_times_s),
         "controls": list(spec.controls),
         "missing_answer": spec.missing_answer,
@@ -41,3 +48,26 @@ def show(name: str, as_json: bool) -> None:
         return
     for key, value in facts.items():
         click.echo(f"{key + ':':<21}{', '.join(map(str, value)) if isinstance(value, list) else value}")
+
+
+@command.command(epilog="Example: hsbench task template scene-completion --data data/rgbd --out pred/template")
+@click.argument("name")
+@data_option
+@click.option("--out", required=True, type=FOLDER, metavar="DIR", help="Folder of the submission.")
+@click.option("--replace", is_flag=True, help="Replace --out if it exists.")
+def template(name: str, data: Path, split: str | None, out: Path, replace: bool) -> None:
+    """Write a valid submission to task NAME that answers nothing, to start from."""
+    from hsbench.datasets.dataset import load
+    from hsbench.submission import Metadata, SubmissionWriter
+    from hsbench.tasks import task
+
+    spec = task(name)
+    if out.exists() and not replace:
+        raise HsbenchError(f"{out} exists already; choose another --out or give --replace")
+    dataset = load(data, split, frames=False)
+    metadata = Metadata(spec.name, spec.version, "template", spec.tracks[0], causal=True)
+    with SubmissionWriter(out, spec, metadata, replace=replace) as writer:
+        for episode in progress(dataset, len(dataset), "template"):
+            writer.add(episode.episode_id, spec.dummy(episode))
+    click.echo(f"{out}: {len(dataset)} predictions of nothing; fill in predictions/ and submission.json")
+    click.echo(f"next: hsbench check {out} --task {name} --data {data}" + (f" --split {split}" if split else ""))

@@ -15,8 +15,12 @@ def command(as_json: bool) -> None:
 
     if as_json:
         print_json(
-            [{"name": t.name, "version": t.version, "dataset": t.dataset, "title": t.title} for t in TASKS.values()]
+            [
+                {"name": t.name, "version": t.version, "datasets": list(t.datasets), "title": t.title}
+                for t in TASKS.values()
+            ]
         )
         return
     for task in TASKS.values():
-        click.echo(f"{task.name} {task.version}  {task.title} (data {task.dataset}, primary {task.primary_metric})")
+        data = ", ".join(task.datasets)
+        click.echo(f"{task.name} {task.version}  {task.title} (data {data}, primary {task.primary_metric})")

@@ -37,7 +37,7 @@ def command(
     workers: int,
     as_json: bool,
 ) -> None:
-    """Check DATA: every file against its sha256, every episode against the schema. Lists every fault.
+    """Check DATA: every file against its sha256, every episode against the schema. Lists every fault, and repairs.
 
     With --scenes N: build N homes, offices and single rooms, and check what the generator promises of them.
     With --lives N: let three persons live for ten minutes in each of N homes, and check what is promised of that.
@@ -54,23 +54,21 @@ def command(
 
 
 def _verify_data(data: Path, as_json: bool) -> bool:
-    from hsbench.datasets.dataset import load
-    from hsbench.datasets.verify import verify_episode, verify_files, verify_views
+    from hsbench.datasets.faults import dataset_faults
+    from hsbench.io.dataset_index import unit_folders
 
-    episodes = load(data, truth=True)
-    faults = verify_files(data)
-    for index in progress(range(len(episodes)), len(episodes), "verify"):
-        try:
-            faults += verify_episode(episodes[index])
-        except HsbenchError as error:
-            faults.append(str(error))
-    faults += [fault for found in verify_views(episodes) for fault in found]
+    count = len(unit_folders(data))
+    faults = [fault for found in progress(dataset_faults(data), count + 2, "verify") for fault in found]
+    repairs = list(dict.fromkeys(fault.repair for fault in faults))
     if as_json:
-        print_json({"data": str(data), "episodes": len(episodes), "faults": faults})
+        texts = [fault.text for fault in faults]
+        print_json({"data": str(data), "episodes": count, "faults": texts, **({"repairs": repairs} if faults else {})})
     else:
         for fault in faults:
-            click.echo(f"fault: {fault}", err=True)
-        click.echo(f"{data}: {len(episodes)} episodes, {len(faults)} faults")
+            click.echo(f"fault: {fault.text}", err=True)
+        for repair in repairs:
+            click.echo(f"repair: {repair}")
+        click.echo(f"{data}: {count} episodes, {len(faults)} faults")
     return not faults
 
 

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hsbench.errors import SchemaError
-from hsbench.evaluation.pooled import by_scene, metrics_of
+from hsbench.evaluation.metric import Weighted
+from hsbench.evaluation.pooled import by_scene, scenes_of
 from hsbench.evaluation.report import DatasetRef, Report
-from hsbench.metrics.bootstrap import REPLICATES, Interval, paired_difference
+from hsbench.evaluation.scorers import metrics_of
+from hsbench.metrics.bootstrap import LEVEL, REPLICATES, Interval, resample
 
 
 @dataclass(frozen=True)
@@ -64,14 +66,11 @@ def compare(report_a: Report, report_b: Report, *, seed: int = 0, replicates: in
     moved = next((e for e in common if rows_a[e].scene_id != rows_b[e].scene_id), None)
     if moved is not None:
         raise SchemaError(f"episode {moved} is in scene {rows_a[moved].scene_id} and {rows_b[moved].scene_id}")
+    scenes = scenes_of(rows_a[e] for e in common)
     paired_a, paired_b = [rows_a[e] for e in common], [rows_b[e] for e in common]
     differences = {
-        name: paired_difference(
-            by_scene(paired_a, metric),
-            by_scene(paired_b, metric),
-            metric.value,
-            seed=seed,
-            replicates=replicates,
+        name: resample(
+            _less(by_scene(paired_a, metric), by_scene(paired_b, metric)), len(scenes), replicates, seed, LEVEL
         )
         for name, metric in metrics_of(report_a.task).items()
     }
@@ -85,7 +84,11 @@ def compare(report_a: Report, report_b: Report, *, seed: int = 0, replicates: in
         method_b=report_b.method.method,
         primary_metric=report_a.primary.name,
         differences=differences,
-        scenes=differences[report_a.primary.name].scenes,
+        scenes=len(scenes),
         episodes=len(common),
         unpaired=len(rows_a) + len(rows_b) - 2 * len(common),
     )
+
+
+def _less(a: Weighted, b: Weighted) -> Weighted:
+    return lambda weights: a(weights) - b(weights)

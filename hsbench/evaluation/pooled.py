@@ -1,55 +1,16 @@
-"""From rows of episodes to pooled metrics: sum first, divide once, resample scenes.
-
-A task names its metrics in a table {metric: (statistics it needs, vectorised ratio)}; all else here is common.
-"""
+"""From rows of episodes to the metrics of a split: sum first, divide once, resample scenes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from hsbench.errors import SchemaError
+from hsbench.evaluation.metric import Metric, Weighted
 from hsbench.evaluation.report import EpisodeRow, MetricValue, Report
-from hsbench.metrics import completion
-from hsbench.metrics.bootstrap import Statistic, interval
-from hsbench.typing import IntArray
-
-
-@dataclass(frozen=True)
-class PooledMetric:
-    """A metric as a function of summed statistics.
-
-    statistics: their name in a row; columns: how many there are, k; value: (..., k) -> (...), NaN where undefined.
-    """
-
-    statistics: str
-    columns: int
-    value: Statistic
-
-
-_RATIOS: Mapping[str, Statistic] = {
-    "iou": completion.iou,
-    "precision": completion.precision,
-    "recall": completion.recall,
-}
-
-_METRICS: Mapping[str, Mapping[str, PooledMetric]] = {
-    "scene-completion": {
-        f"{region}/{name}": PooledMetric(region, 4, ratio)
-        for region in completion.REGIONS
-        for name, ratio in _RATIOS.items()
-    }
-}
-
-
-def metrics_of(task: str) -> Mapping[str, PooledMetric]:
-    """The pooled metrics of a task by name, e.g. ``occluded/iou``. Raises SchemaError for a task without any."""
-    if task not in _METRICS:
-        raise SchemaError(f"task {task!r} has no pooled metrics; expected one of {', '.join(_METRICS)}")
-    return _METRICS[task]
+from hsbench.evaluation.scorers import metrics_of
+from hsbench.metrics.bootstrap import LEVEL, resample
 
 
 def scenes_of(rows: Iterable[EpisodeRow]) -> list[str]:
@@ -57,24 +18,15 @@ def scenes_of(rows: Iterable[EpisodeRow]) -> list[str]:
     return sorted({row.scene_id for row in rows})
 
 
-def by_episode(rows: Sequence[EpisodeRow], metric: PooledMetric) -> IntArray:
-    """(E, k) int64 statistics of each row. Raises SchemaError for a row without them."""
-    for row in rows:
-        if len(row.statistics.get(metric.statistics, ())) != metric.columns:
-            raise SchemaError(f"episode {row.episode_id} lacks {metric.columns} statistics {metric.statistics!r}")
-    return np.array([row.statistics[metric.statistics] for row in rows], dtype=np.int64)
-
-
-def by_scene(rows: Sequence[EpisodeRow], metric: PooledMetric) -> IntArray:
-    """(S, k) int64 statistics summed within each scene, in the order of ``scenes_of``."""
+def by_scene(rows: Sequence[EpisodeRow], metric: Metric) -> Weighted:
+    """A metric as a function of (B, S) how often each scene counts, scenes in the order of ``scenes_of``."""
     position = {scene: i for i, scene in enumerate(scenes_of(rows))}
-    summed = np.zeros((len(position), metric.columns), dtype=np.int64)
-    np.add.at(summed, [position[row.scene_id] for row in rows], by_episode(rows, metric))
-    return summed
+    group = np.array([position[row.scene_id] for row in rows], dtype=np.int64)
+    return metric.weighted(rows, group, len(position))
 
 
 def summarise(rows: Sequence[EpisodeRow], task: str, *, seed: int, replicates: int) -> dict[str, MetricValue]:
-    """Every pooled metric of a task over a split's rows; the order of rows makes no difference."""
+    """Every metric of a task over a split's rows; the order of rows makes no difference."""
     return {name: _summary(rows, metric, seed, replicates) for name, metric in metrics_of(task).items()}
 
 
@@ -93,9 +45,10 @@ def recompute(report: Report) -> list[str]:
     return faults
 
 
-def _summary(rows: Sequence[EpisodeRow], metric: PooledMetric, seed: int, replicates: int) -> MetricValue:
-    pooled = interval(by_scene(rows, metric), metric.value, replicates=replicates, seed=seed)
-    each = metric.value(by_episode(rows, metric))
+def _summary(rows: Sequence[EpisodeRow], metric: Metric, seed: int, replicates: int) -> MetricValue:
+    pooled = resample(by_scene(rows, metric), len(scenes_of(rows)), replicates, seed, LEVEL)
+    alone = np.eye(len(rows), dtype=np.int64)
+    each = metric.weighted(rows, np.arange(len(rows)), len(rows))(alone)
     defined = each[~np.isnan(each)]
     return MetricValue(
         value=pooled.estimate,

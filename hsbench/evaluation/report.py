@@ -71,7 +71,7 @@ class Primary:
 class EpisodeRow:
     """One episode: whether its prediction was missing, and its sufficient statistics by name.
 
-    statistics: for completion, tp fp fn tn of each region.
+    statistics: counts that add up over episodes, or lists that a metric joins; the task's scorer names them.
     """
 
     episode_id: str

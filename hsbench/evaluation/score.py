@@ -5,35 +5,40 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from hsbench.datasets.dataset import Dataset
 from hsbench.errors import DataError
-from hsbench.evaluation.completion import score_completion
 from hsbench.evaluation.report import DatasetRef, Report
+from hsbench.evaluation.scorers import scorer
+from hsbench.evaluation.split import score_episodes
 from hsbench.io.dataset_index import verify_unit
-from hsbench.schema.occupancy import OccupancyTruth
 from hsbench.submission.check import check_or_raise
 from hsbench.submission.layout import METADATA_FILE
 from hsbench.submission.metadata import read_metadata
 from hsbench.submission.read import Predictions, open_submission
+from hsbench.tasks.registry import task
 from hsbench.tasks.spec import TaskSpec
 
 ALL_SPLITS = "all"
 
 
-def score(submission: str | Path, spec: TaskSpec, data: Dataset, *, allow_missing: bool = False) -> Report:
-    """The report of a submission (folder or zip) over every episode of ``data``, whose truth is read here.
+def score(task_name: str, predictions: str | Path, data: Dataset, *, allow_missing: bool = False) -> Report:
+    """The report of a submission to a task, over every episode of ``data``, whose truth is read here.
 
-    Raises SubmissionError listing every fault; DataError where an episode has no truth for the task.
+    predictions: a folder or a zip. Raises SubmissionError listing every fault; DataError where an episode has no truth
+    for the task; SchemaError for an unknown task.
     """
-    check_or_raise(submission, spec, data.episode_ids, allow_missing=allow_missing)
+    spec = task(task_name)
+    inputs = replace(data, truth=False, frames=False).episode
+    check_or_raise(predictions, spec, data.episode_ids, allow_missing=allow_missing, inputs=inputs)
     description = data.description
     splits = {row["split"] for row in data.rows}
-    with open_submission(submission) as files:
+    with open_submission(predictions) as files:
         metadata, _ = read_metadata(files.read(METADATA_FILE), spec)
         assert metadata is not None  # checked above
-        return score_completion(
-            _truths(data),
+        return score_episodes(
+            _truths(data, spec),
             Predictions(files, spec),
             spec=spec,
             dataset=DatasetRef(description["name"], description["splits_version"], data.manifest_sha256),
@@ -42,13 +47,14 @@ def score(submission: str | Path, spec: TaskSpec, data: Dataset, *, allow_missin
         )
 
 
-def _truths(data: Dataset) -> Iterator[tuple[str, str, OccupancyTruth]]:
-    """(episode_id, scene_id, occupancy truth) of every episode, one at a time."""
+def _truths(data: Dataset, spec: TaskSpec) -> Iterator[tuple[str, str, Any]]:
+    """(episode_id, scene_id, truth of the task) of every episode, one at a time."""
     for episode_id in data.episode_ids:
         if faults := verify_unit(data.root, episode_id, "truth/"):
             raise DataError(f"{faults[0]}; a score on it would be of other data (hsbench verify lists every fault)")
+    truth_of = scorer(spec.name).truth
     for row, episode in zip(data.rows, replace(data, truth=True, frames=False), strict=True):
-        truth = None if episode.truth is None else episode.truth.occupancy
+        truth = truth_of(episode)
         if truth is None:
-            raise DataError(f"episode {episode.episode_id} has no occupancy truth; scoring needs open truth")
+            raise DataError(f"episode {episode.episode_id} has no truth for task {spec.name}; scoring needs open truth")
         yield episode.episode_id, row["scene_id"], truth

@@ -1,11 +1,13 @@
 """A data set's folder: ``dataset.json``, ``episodes/<id>/``, and the index and manifest made from the units.
 
 ``episodes.parquet`` has a row an episode: episode_id, scene_id, split, duration_s, n_frames, n_poses, renderer.
-``manifest.json`` has the sha256 of ``dataset.json``, of the index, and of each unit's own manifest.
+``croissant.json`` describes both and the units to other tools. ``manifest.json`` has the sha256 of these three files
+and of each unit's own manifest.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,8 @@ import pyarrow as pa
 
 from hsbench.errors import DataError
 from hsbench.io.atomic import atomic_file, write_json
-from hsbench.io.checksums import sha256_file, verify
+from hsbench.io.checksums import FileFault, changed, differences, sha256_file
+from hsbench.io.croissant import croissant
 from hsbench.io.episodes import read_parquet, write_parquet
 from hsbench.io.strict_json import read_json
 from hsbench.schema.codec import require_columns
@@ -21,6 +24,7 @@ from hsbench.schema.codec import require_columns
 DATASET_FILE = "dataset.json"
 EPISODES_FOLDER = "episodes"
 INDEX_FILE = "episodes.parquet"
+CROISSANT_FILE = "croissant.json"
 MANIFEST_FILE = "manifest.json"
 
 INDEX_SCHEMA = pa.schema(
@@ -45,14 +49,21 @@ def unit_folders(root: Path) -> list[Path]:
 
 
 def write_index(root: Path) -> None:
-    """Write ``episodes.parquet`` and ``manifest.json`` from the units that are there."""
+    """Write ``episodes.parquet``, ``croissant.json`` and ``manifest.json`` from the units that are there."""
     units = unit_folders(root)
     rows = [read_json(unit / "index.json") for unit in units]
     with atomic_file(root / INDEX_FILE) as temporary:
         write_parquet(temporary, pa.Table.from_pylist(rows, schema=INDEX_SCHEMA))
-    hashes = {name: sha256_file(root / name) for name in (DATASET_FILE, INDEX_FILE)}
+    write_json(root / CROISSANT_FILE, described(root))
+    hashes = {name: sha256_file(root / name) for name in (DATASET_FILE, INDEX_FILE, CROISSANT_FILE)}
     hashes |= {f"{EPISODES_FOLDER}/{unit.name}/{MANIFEST_FILE}": sha256_file(unit / MANIFEST_FILE) for unit in units}
     write_json(root / MANIFEST_FILE, hashes)
+
+
+def described(root: Path, truth: bool = True) -> dict[str, Any]:
+    """``croissant.json`` of an indexed data set, or of its inputs alone."""
+    listed = {name: sha256_file(root / name) for name in (DATASET_FILE, INDEX_FILE)}
+    return croissant(root, read_json(root / DATASET_FILE), listed, unit_folders(root), truth)
 
 
 def is_indexed(root: Path) -> bool:
@@ -89,25 +100,42 @@ def read_index(root: Path) -> list[dict[str, Any]]:
 
 def verify_files(root: Path) -> list[str]:
     """Every fault of a data set's files against its manifests: missing, changed, or not listed."""
+    return [fault.text for fault in file_faults(root)]
+
+
+def file_faults(root: Path) -> list[FileFault]:
+    """As ``verify_files``, with the kind of each fault. Raises DataError where the root has no readable manifest."""
     listed = _read_manifest(root / MANIFEST_FILE)
     faults = []
-    for name in listed:
-        path = root / name
-        if not path.is_file():
-            faults.append(f"{name} is missing")
-        elif sha256_file(path) != listed[name]:
-            faults.append(f"{name} has changed since the data set was made")
+    for name, digest in listed.items():
+        if not (root / name).is_file():
+            faults.append(FileFault(name, "missing", f"{name} is missing"))
+        elif (fault := changed(root, name, digest)) is not None:
+            faults.append(replace(fault, text=f"{name} has changed since the data set was made"))
     for place in (root, root / EPISODES_FOLDER):
         files = sorted(p.relative_to(root).as_posix() for p in place.iterdir() if not p.is_dir())
-        faults += [f"{name} is not in {MANIFEST_FILE}" for name in files if name not in {*listed, MANIFEST_FILE}]
+        extra = (name for name in files if name not in {*listed, MANIFEST_FILE})
+        faults += [FileFault(name, "extra", f"{name} is not in {MANIFEST_FILE}") for name in extra]
     for unit in unit_folders(root):
-        relative = f"{EPISODES_FOLDER}/{unit.name}"
-        if f"{relative}/{MANIFEST_FILE}" not in listed:
-            faults.append(f"{relative} is not in {MANIFEST_FILE} (was it added by hand?)")
+        name = f"{EPISODES_FOLDER}/{unit.name}"
+        if f"{name}/{MANIFEST_FILE}" not in listed:
+            faults.append(FileFault(name, "extra", f"{name} is not in {MANIFEST_FILE} (was it added by hand?)"))
         elif (unit / MANIFEST_FILE).is_file():
-            expected = _read_manifest(unit / MANIFEST_FILE)
-            faults += [f"{relative}/{fault}" for fault in verify(unit, expected, exclude=[MANIFEST_FILE])]
+            faults += unit_faults(unit)
     return faults
+
+
+def unit_faults(unit: Path) -> list[FileFault]:
+    """Every fault of an episode's files against its own manifest, named from the root of the data set."""
+    place = f"{EPISODES_FOLDER}/{unit.name}"
+    try:
+        expected = _read_manifest(unit / MANIFEST_FILE)
+    except DataError as error:
+        return [FileFault(f"{place}/{MANIFEST_FILE}", "changed", str(error))]
+    return [
+        replace(fault, name=f"{place}/{fault.name}", text=f"{place}/{fault.text}")
+        for fault in differences(unit, expected, exclude=[MANIFEST_FILE])
+    ]
 
 
 def _read_manifest(path: Path) -> dict[str, str]:

@@ -18,18 +18,15 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 
 import cv2
 import numpy as np
 
 from hsbench.errors import SchemaError
-from hsbench.io.images import MM_PER_M
 from hsbench.typing import AnyArray, BoolArray, Float32Array, UInt8Array
 
-SLOPE_PX = 4  # slopes are measured over so many pixels: millimetres make a difference of one pixel too coarse
-SQUARE_ON = math.radians(89.0)  # steeper angles are noise of the slope
-STEEPEST = 2.0  # theta / (pi/2 - theta) at 60 degrees, up to where [N] measured: steeper ones err no more
-SHADE_SLACK_PX = 0.5  # of the pattern
+NORMAL_STEPS = 2**16  # equally likely values that stand for the normal distribution: it ends at 4.3 standard deviations
 
 
 @dataclass(frozen=True)
@@ -130,79 +127,40 @@ def add_noise(
     clean = np.ascontiguousarray(depth_m, dtype=np.float32)
     if noise is None:
         return clean
+    from hsbench.io.depth_kernels import readings, shaded, viewing_angle  # numba is slow to load
+
     focal_px = noise.focal_widths * clean.shape[1]
     angle = viewing_angle(clean, focal_px) if focal_px else np.zeros_like(clean)
-    drawn = rng.standard_normal((2, *clean.shape), dtype=np.float32)
-    turned = np.minimum(angle / (math.pi / 2 - angle), STEEPEST)
-    depth = _beside(clean, drawn * (noise.lateral_px + noise.lateral_angle_px * turned))
-    sigma = noise.axial_base_m + noise.axial_square_per_m * (depth - noise.axial_offset_m) ** 2
-    if noise.axial_angle:
-        sigma += noise.axial_angle * turned**2 / np.sqrt(np.maximum(depth, noise.near_m))
-    noisy = depth + sigma * rng.standard_normal(clean.shape, dtype=np.float32)
-    lost = (depth < noise.near_m) | (depth > noise.far_m)
-    lost |= _on_edge(clean, noise.edge_step_m) & (rng.random(clean.shape, dtype=np.float32) < noise.edge_loss)
+    drawn = np.frombuffer(rng.bytes(3 * 2 * clean.size), dtype="<u2").astype(np.uint16, copy=False)
+    noisy = readings(
+        clean,
+        angle,
+        drawn.reshape(3, *clean.shape),
+        normal_table(),
+        (noise.lateral_px, noise.lateral_angle_px),
+        (noise.axial_base_m, noise.axial_square_per_m, noise.axial_offset_m, noise.axial_angle),
+        noise.near_m,
+        noise.far_m,
+    )
+    edge = np.flatnonzero(_on_edge(clean, noise.edge_step_m))
+    noisy.reshape(-1)[edge[rng.random(len(edge), dtype=np.float32) < noise.edge_loss]] = 0.0
     first, last = noise.glancing_rad
     if first < math.pi / 2:
-        lost |= rng.random(clean.shape, dtype=np.float32) < (angle - first) / (last - first)
+        noisy[rng.random(clean.shape, dtype=np.float32) < (angle - first) / (last - first)] = 0.0
     if noise.dark_signal and rgb is not None:
         signal = _brightness(rgb) * np.cos(angle) / np.maximum(clean, noise.near_m) ** 2
-        lost |= rng.random(clean.shape, dtype=np.float32) < 1.0 / (1.0 + (signal / noise.dark_signal) ** 4)
+        noisy[rng.random(clean.shape, dtype=np.float32) < 1.0 / (1.0 + (signal / noise.dark_signal) ** 4)] = 0.0
     if noise.baseline_m:
-        lost |= shaded(clean, focal_px * noise.baseline_m)
-    noisy[lost] = 0.0
-    return (np.rint(noisy * MM_PER_M) / MM_PER_M).astype(np.float32)
+        noisy[shaded(clean, focal_px * noise.baseline_m)] = 0.0
+    return noisy
 
 
-def viewing_angle(depth_m: Float32Array, focal_px: float) -> Float32Array:
-    """(h, w) depth of a camera whose principal point is the middle -> (h, w) angles of surfaces to the line of sight.
+@cache
+def normal_table() -> Float32Array:
+    """(NORMAL_STEPS,) quantiles of the standard normal distribution in the middles of as many equal shares."""
+    from scipy.special import ndtri
 
-    0 is square on. Of the slopes to either side the gentler one counts: an edge is no surface. On a plane this is exact
-    but for the curvature of depth over SLOPE_PX pixels.
-    """
-    height, width = depth_m.shape
-    x = (np.arange(width, dtype=np.float32) + 0.5 - width / 2) / np.float32(focal_px)
-    y = (np.arange(height, dtype=np.float32)[:, None] + 0.5 - height / 2) / np.float32(focal_px)
-    per_depth = np.float32(focal_px) / np.maximum(depth_m, np.float32(1e-3))
-    gx, gy = (_gentler_slope(depth_m, axis) * per_depth for axis in (1, 0))
-    square = (1.0 + x * x + y * y) * (gx * gx + gy * gy + (1.0 + gx * x + gy * y) ** 2)
-    return np.minimum(np.arccos(np.minimum(1.0 / np.sqrt(square), 1.0)), np.float32(SQUARE_ON))
-
-
-def shaded(depth_m: Float32Array, disparity_px_m: float) -> BoolArray:
-    """(h, w) bool: pixels that a light beside the camera, to its right, does not reach past what stands before them.
-
-    disparity_px_m: focal length times baseline. A point at column u and depth z lies at column u - disparity / z of the
-    light's own image. Going left, these columns fall; where one does not, something nearer to the right covers it.
-    """
-    seen = depth_m > 0
-    column = np.arange(depth_m.shape[1], dtype=np.float32) - np.float32(disparity_px_m) / np.where(seen, depth_m, 1.0)
-    column[~seen] = np.inf
-    least = np.minimum.accumulate(column[:, ::-1], axis=1)[:, ::-1]
-    covered = np.zeros(depth_m.shape, dtype=np.bool_)
-    covered[:, :-1] = column[:, :-1] > least[:, 1:] + SHADE_SLACK_PX
-    return covered & seen
-
-
-def _gentler_slope(depth_m: Float32Array, axis: int) -> Float32Array:
-    """(h, w) metres a pixel along an axis."""
-    step = np.diff(depth_m, axis=axis)
-    kernel = np.ones((1, SLOPE_PX) if axis == 1 else (SLOPE_PX, 1), dtype=np.float32) / SLOPE_PX
-    pad = [(0, 0), (0, 0)]
-    pad[axis] = (SLOPE_PX, SLOPE_PX)
-    steps = np.pad(step, pad, mode="edge")
-    mean = cv2.filter2D(steps, cv2.CV_32F, kernel, anchor=(0, 0))
-    size = depth_m.shape[axis]
-    ahead, behind = (np.take(mean, np.arange(first, first + size), axis=axis) for first in (SLOPE_PX, 0))
-    return np.where(np.abs(ahead) < np.abs(behind), ahead, behind)
-
-
-def _beside(depth_m: Float32Array, shift_px: AnyArray) -> Float32Array:
-    """Depth of the pixels (2, h, w) rows and columns beside each, rounded, inside the image."""
-    height, width = depth_m.shape
-    shift = np.rint(shift_px).astype(np.int32)
-    row = np.clip(np.arange(height, dtype=np.int32)[:, None] + shift[0], 0, height - 1)
-    column = np.clip(np.arange(width, dtype=np.int32)[None, :] + shift[1], 0, width - 1)
-    return depth_m[row, column]
+    return ndtri((np.arange(NORMAL_STEPS) + 0.5) / NORMAL_STEPS).astype(np.float32)
 
 
 def _on_edge(depth_m: Float32Array, step_m: float) -> BoolArray:

@@ -1,7 +1,7 @@
 """Episodes to and from a folder: inputs and truth apart, every file hashed, readable without hsbench.
 
     episode.json          sensor, times, how frames are stored
-    inputs/               poses.parquet, activity_maps.npz, frames/ (imported images)
+    inputs/               poses.parquet, activity_maps.npz, frames/ (imported images or video)
     recording/            pictures of a static camera as background and patches (generated, open splits)
     truth/                scene.json + scene.npz, poses.parquet + match.parquet, events.parquet, motions.parquet,
                           occupancy.json + occupancy.npz, objects.parquet, affordance.npz, view_affordance.png
@@ -27,18 +27,18 @@ from hsbench.io.atomic import atomic_folder, write_json
 from hsbench.io.checksums import manifest
 from hsbench.io.frame_store import (
     Film,
-    ImageFrames,
     Recording,
     RecordingFrames,
     RecordingTruth,
-    write_images,
     write_recording,
 )
-from hsbench.io.images import depth_to_mm, read_uint8, write_png
+from hsbench.io.image_frames import ImageFrames, write_frames
+from hsbench.io.images import read_uint8, write_png
 from hsbench.io.strict_json import read_json
 from hsbench.schema import SCHEMA_VERSION, codec
 from hsbench.schema.categories import CATEGORIES
 from hsbench.schema.episode import Episode, EpisodeTruth, FrameList, Frames, FramesTruth
+from hsbench.schema.migration import migrated_episode, migrated_scene
 from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
 from hsbench.typing import UInt8Array
 
@@ -110,11 +110,7 @@ def _write_inputs(unit: Path, episode: Episode) -> None:
         raise DataError(f"episode {episode.episode_id} is a recording on disk already; copy its folder instead")
     elif len(frames):
         (unit / "inputs" / "frames").mkdir()
-        images = (frames[i] for i in range(len(frames)))
-        write_images(
-            unit / "inputs" / "frames",
-            ((f.timestamp_ns, f.rgb, None if f.depth_m is None else depth_to_mm(f.depth_m)) for f in images),
-        )
+        write_frames(unit / "inputs" / "frames", frames)
 
 
 def _check_storable(episode: Episode) -> None:
@@ -173,13 +169,12 @@ def read_episode(
 
     truth: also hand out everything under ``truth``. frames: False leaves pictures out (the ``poses`` track).
     depth_noise, image_noise: presets in place of the recorded ones, where there are any. Raises DataError for missing
-    or damaged files, SchemaError for values that do not fit.
+    or damaged files, SchemaError for values that do not fit. Older schema versions are migrated as they are read.
     """
     descriptor = read_json(folder / "episode.json")
     try:
-        codec.exact_keys(descriptor, "episode", DESCRIPTOR_KEYS)
-        if descriptor["schema_version"] != SCHEMA_VERSION:
-            raise SchemaError(f"schema_version is {descriptor['schema_version']!r}; expected {SCHEMA_VERSION!r}")
+        version = descriptor.get("schema_version")
+        descriptor = codec.exact_keys(migrated_episode(descriptor), "episode", DESCRIPTOR_KEYS)
         poses = _optional(folder / "inputs" / "poses.parquet", lambda p: codec.poses_from_table(read_parquet(p)))
         maps = _optional(
             folder / "inputs" / "activity_maps.npz", lambda p: codec.activity_maps_from_arrays(load_npz(p))
@@ -197,7 +192,7 @@ def read_episode(
             descriptor["t0_ns"],
             descriptor["end_ns"],
             maps,
-            _read_truth(folder, descriptor["frames"] == "recording") if truth else None,
+            _read_truth(folder, version, descriptor["frames"] == "recording") if truth else None,
         )
     except SchemaError as error:
         raise SchemaError(f"{folder}: {error}") from error
@@ -222,10 +217,11 @@ def _read_frames(folder: Path, kind: str, depth: dict[str, Any] | None, image: d
     raise SchemaError(f"frames is {kind!r}; expected recording, images or none")
 
 
-def _read_truth(folder: Path, recorded: bool) -> EpisodeTruth:
+def _read_truth(folder: Path, version: object, recorded: bool) -> EpisodeTruth:
     root = folder / "truth"
     scene = _optional(
-        root / "scene.json", lambda p: codec.scene_from_plain(read_json(p), load_npz(p.with_suffix(".npz")))
+        root / "scene.json",
+        lambda p: codec.scene_from_plain(migrated_scene(read_json(p), version), load_npz(p.with_suffix(".npz"))),
     )
     frames: FramesTruth | None = None
     if recorded and scene is not None:

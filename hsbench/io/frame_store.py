@@ -5,13 +5,14 @@
 - ``background_rgb.png``, ``background_depth.png`` (uint16 mm), ``background_instance.png`` (uint16 ids)
 - ``patches.parquet``: a row a frame, a row group a row: frame, timestamp_ns, row, column, height, width of the
   patch, ``mask`` (row-major bits, little bit order), and of the masked pixels in row-major order ``rgb``
-  (3 bytes each), ``depth_mm`` and ``instance`` (little-endian uint16)
+  (3 bytes each), ``depth_mm`` and ``instance`` (little-endian uint16); all time stamps stand in its metadata, too, so
+  that thousands of row groups need not be read for them
 
 Where the light changes, pictures of the lights take the place of ``background_rgb.png`` in every frame
 (``changing_light``), and a patch is what differs from the background of its own frame.
 
 A recording is clean signal: noise is added on reading. It is for open splits only.
-Imported footage is stored as ordinary images instead (``ImageFrames``).
+Imported footage is stored as ordinary images instead (``image_frames``).
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ PATCH_SCHEMA = pa.schema(
         ("instance", pa.binary()),
     ]
 )
+STAMPS_KEY = "timestamps_ns"
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +83,11 @@ def write_recording(
         write_light(folder, light)
     options = {"compression": "zstd", "use_dictionary": False, "write_statistics": False}
     with pq.ParquetWriter(folder / "patches.parquet", PATCH_SCHEMA, **options) as writer:
+        stamps = []
         for frame, patch in enumerate(patches):
             writer.write_batch(pa.RecordBatch.from_pylist([_row(frame, patch)], schema=PATCH_SCHEMA))
+            stamps.append(str(patch.timestamp_ns))
+        writer.add_key_value_metadata({STAMPS_KEY: " ".join(stamps)})
 
 
 def _row(frame: int, patch: Patch) -> dict[str, Any]:
@@ -174,7 +179,16 @@ class Recording:
     def timestamps_ns(self) -> IntArray:
         """(n,) int64 time stamps of the frames."""
         path = self.folder / "patches.parquet"
-        return _timestamps(path, lambda: self._patches.read(columns=["timestamp_ns"]))
+        listed = (self._patches.metadata.metadata or {}).get(STAMPS_KEY.encode())
+        if listed is None:  # recordings of schema 0.3 and before need not have it
+            return _timestamps(path, lambda: self._patches.read(columns=["timestamp_ns"]))
+        try:
+            stamps = np.array(listed.split(), dtype=np.int64)
+        except (ValueError, OverflowError) as error:
+            raise DataError(f"{path} metadata {STAMPS_KEY} is {listed[:40]!r}; expected whole numbers") from error
+        if len(stamps) != self._patches.num_row_groups:
+            raise DataError(f"{path} metadata {STAMPS_KEY} has {len(stamps)} numbers, the table another number of rows")
+        return stamps
 
     @cached_property
     def _patches(self) -> pq.ParquetFile:
@@ -298,43 +312,3 @@ class RecordingTruth:
             picture.instance,
             self.category_of[picture.instance],
         )
-
-
-@dataclass(frozen=True, eq=False)
-class ImageFrames:
-    """Imported footage: ``frames.parquet`` (frame, timestamp_ns), ``000000_rgb.png`` and ``000000_depth.png`` (mm)."""
-
-    folder: Path
-
-    @cached_property
-    def timestamps_ns(self) -> IntArray:
-        """(n,) int64 time stamps."""
-        path = self.folder / "frames.parquet"
-        return _timestamps(path, lambda: pq.read_table(path, columns=["timestamp_ns"]))
-
-    def __len__(self) -> int:
-        return len(self.timestamps_ns)
-
-    def __getitem__(self, index: int) -> Frame:
-        index = range(len(self))[index]
-        rgb, depth = (self.folder / f"{index:06d}_{kind}.png" for kind in ("rgb", "depth"))
-        return Frame(
-            int(self.timestamps_ns[index]),
-            read_rgb(rgb) if rgb.exists() else None,
-            depth_from_mm(read_uint16(depth)) if depth.exists() else None,
-        )
-
-
-def write_images(folder: Path, frames: Iterable[tuple[int, UInt8Array | None, UInt16Array | None]]) -> None:
-    """Write (timestamp_ns, rgb or None, depth_mm or None) frames as ordinary images into an existing folder."""
-    stamps = []
-    for index, (timestamp_ns, rgb, depth_mm) in enumerate(frames):
-        stamps.append(timestamp_ns)
-        if rgb is not None:
-            write_png(folder / f"{index:06d}_rgb.png", rgb)
-        if depth_mm is not None:
-            write_png(folder / f"{index:06d}_depth.png", depth_mm)
-    table = pa.table(
-        {"frame": pa.array(np.arange(len(stamps), dtype=np.int32)), "timestamp_ns": pa.array(stamps, pa.int64())}
-    )
-    pq.write_table(table, folder / "frames.parquet")

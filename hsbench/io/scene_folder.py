@@ -19,7 +19,8 @@ from hsbench.io.arrays import load_npz, write_npz
 from hsbench.io.atomic import atomic_folder, write_json
 from hsbench.io.checksums import manifest
 from hsbench.io.strict_json import read_json
-from hsbench.schema import codec
+from hsbench.schema import SCHEMA_VERSION, codec
+from hsbench.schema.migration import migrated_scene
 from hsbench.schema.occupancy import AffordanceTruth, OccupancyTruth
 from hsbench.schema.scene import Scene
 from hsbench.typing import AnyArray
@@ -64,7 +65,10 @@ def read_scene(path: Path) -> Scene:
         hint = "packed inputs hold no truth" if (path / "episode.json").is_file() else "hsbench import scene makes one"
         raise DataError(f"{path} holds no {SCENE_FILE}; expected a scene folder or an episode with truth ({hint})")
     try:
-        return codec.scene_from_plain(read_json(folder / SCENE_FILE), load_npz(folder / "scene.npz"))
+        episode = path / "episode.json"
+        version = read_json(episode)["schema_version"] if episode.is_file() else SCHEMA_VERSION
+        description = migrated_scene(read_json(folder / SCENE_FILE), version)
+        return codec.scene_from_plain(description, load_npz(folder / "scene.npz"))
     except SchemaError as error:
         raise SchemaError(f"{folder}: {error}") from error
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:

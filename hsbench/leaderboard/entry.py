@@ -49,7 +49,7 @@ class Entry:
         for item, found, expected in (
             ("protocol", report.protocol, (spec.protocol,)),
             ("primary metric", report.primary.name, (spec.primary_metric,)),
-            ("data set", report.dataset.name, (spec.dataset,)),
+            ("data set", report.dataset.name, spec.datasets),
             ("track", report.method.track, spec.tracks),
         ):
             if found not in expected:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from hsbench.io.arrays import ArraySpec
+from hsbench.schema.episode import Episode
 from hsbench.typing import AnyArray
 
 METADATA_FILE = "submission.json"
@@ -29,7 +30,8 @@ class PredictionFormat:
     """The file of one prediction: its suffix, its arrays by name, and the two ways between them and the plain object.
 
     encode: what a method returns for one episode -> the arrays of the file; raises SchemaError where it does not fit.
-    decode: the inverse.
+    decode: the inverse. faults: what is wrong with the values of arrays that have the right dtypes and shapes, a line
+    each. misfits: likewise, with what does not fit the inputs of the episode; None where they do not matter.
     """
 
     suffix: str
@@ -37,6 +39,8 @@ class PredictionFormat:
     encode: Callable[[Any], dict[str, AnyArray]] = field(compare=False)
     decode: Callable[[Mapping[str, AnyArray]], Any] = field(compare=False)
     hint: str = ""
+    faults: Callable[[Mapping[str, AnyArray]], list[str]] = field(default=lambda arrays: [], compare=False)
+    misfits: Callable[[Mapping[str, AnyArray], Episode], list[str]] | None = field(default=None, compare=False)
 
     @property
     def max_bytes(self) -> int:
@@ -74,12 +78,15 @@ class SubmittedTask(Protocol):
 
     @property
     def observation_times_s(self) -> tuple[float, ...]:
-        """Ascending seconds after t0 at which a prediction may be given; the last is the whole observation."""
+        """Ascending seconds after t0 at which a prediction may be given; the last is the whole observation.
+
+        Empty where it is given for the whole alone.
+        """
         ...
 
 
 def prediction_file(task: SubmittedTask, episode_id: str, until_s: float | None = None) -> str:
     """Relative posix path of a prediction; the last observation time is the whole observation."""
-    whole = until_s is None or until_s == task.observation_times_s[-1]
+    whole = until_s is None or until_s in task.observation_times_s[-1:]
     moment = "" if whole else f"@{until_s:g}s"
     return f"{PREDICTIONS_FOLDER}/{episode_id}{moment}{task.prediction.suffix}"

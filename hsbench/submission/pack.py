@@ -45,7 +45,8 @@ class SubmissionWriter:
         check_id(episode_id, "episode_id")
         times = self._task.observation_times_s
         if until_s is not None and until_s not in times:
-            raise SchemaError(f"until_s is {until_s}; expected one of {', '.join(f'{t:g}' for t in times)} s")
+            allowed = f"one of {', '.join(f'{t:g}' for t in times)} s" if times else "None: one answer an episode"
+            raise SchemaError(f"until_s is {until_s}; expected {allowed}")
         name = prediction_file(self._task, episode_id, until_s)
         file = self._folder / name
         if file.exists():

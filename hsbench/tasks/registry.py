@@ -5,10 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from hsbench.errors import SchemaError
+from hsbench.tasks.action_recognition import ACTION_RECOGNITION
+from hsbench.tasks.affordance_topdown import AFFORDANCE_TOPDOWN
+from hsbench.tasks.affordance_view import AFFORDANCE_VIEW
+from hsbench.tasks.object_detection import OBJECT_DETECTION
 from hsbench.tasks.scene_completion import SCENE_COMPLETION
+from hsbench.tasks.scene_reconstruction import SCENE_RECONSTRUCTION
 from hsbench.tasks.spec import TaskSpec
 
-TASKS: Mapping[str, TaskSpec] = {spec.name: spec for spec in (SCENE_COMPLETION,)}
+TASKS: Mapping[str, TaskSpec] = {
+    spec.name: spec
+    for spec in (
+        SCENE_COMPLETION,
+        OBJECT_DETECTION,
+        AFFORDANCE_TOPDOWN,
+        AFFORDANCE_VIEW,
+        ACTION_RECOGNITION,
+        SCENE_RECONSTRUCTION,
+    )
+}
 
 
 def task(name: str) -> TaskSpec:

@@ -14,7 +14,7 @@ from hsbench.errors import SchemaError
 from hsbench.geometry.grids import VoxelGrid, pack_bits, unpack_bits
 from hsbench.io.arrays import ArraySpec
 from hsbench.submission.layout import PredictionFormat
-from hsbench.tasks.spec import TRACKS, TaskSpec
+from hsbench.tasks.spec import CONTROLS, OBSERVATION_TIMES_S, TRACKS, TaskSpec
 from hsbench.typing import AnyArray, BoolArray
 
 GRID = VoxelGrid(origin_m=(0.0, -3.2, 0.0), shape=(128, 128, 48), voxel_m=0.05)
@@ -37,7 +37,7 @@ def decode(arrays: Mapping[str, AnyArray]) -> BoolArray:
 SCENE_COMPLETION = TaskSpec(
     name="scene-completion",
     version="0",
-    dataset="rgbd-activity",
+    datasets=("rgbd-activity",),
     title="Scene completion: the solid space a camera does not see",
     inputs=("sensor", "frames.rgb", "frames.depth_m", "frames.timestamp_ns", "poses"),
     tracks=(*TRACKS, "oracle-poses", "oracle-depth"),
@@ -49,10 +49,12 @@ SCENE_COMPLETION = TaskSpec(
         hint="pack a bool grid with np.packbits(grid, axis=-1, bitorder='little')",
     ),
     grid=GRID,
+    mask="voxels occluded at t0, inside the room, at 0 < z <= 2 m, not floor, wall, ceiling, door or window",
     protocol="hsbench-occluded",
     primary_metric="occluded/iou",
     direction="higher",
-    observation_times_s=(5.0, 15.0, 30.0, 60.0, 120.0),
-    controls=("no-activity", "shuffled-activity", "best-constant"),
+    observation_times_s=OBSERVATION_TIMES_S["rgbd-activity"],
+    controls=CONTROLS,
     missing_answer="an empty prediction: every solid voxel is missed",
+    dummy=lambda episode: np.zeros(GRID.shape, dtype=np.bool_),
 )

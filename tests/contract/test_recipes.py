@@ -30,7 +30,7 @@ RUNS = [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for
 
 
 def test_every_data_set_of_a_task_has_a_recipe() -> None:
-    assert {spec.dataset for spec in TASKS.values()} <= set(RECIPES)
+    assert {name for spec in TASKS.values() for name in spec.datasets} <= set(RECIPES)
 
 
 @recipes

@@ -67,7 +67,7 @@ def test_a_real_frame_is_verified_predicted_and_scored_like_a_generated_one(nyu:
     values = {}
     for name in ("all-solid", "visible-only"):
         assert list(predict(name, load(nyu), tmp_path / name)) == ["NYU0001"]
-        values[name] = score(tmp_path / name, SCENE_COMPLETION, load(nyu))
+        values[name] = score(SCENE_COMPLETION.name, tmp_path / name, load(nyu))
     assert values["all-solid"].metrics["occluded/recall"].value > 0.99
     assert values["visible-only"].metrics["occluded/recall"].value < 0.01
     assert values["all-solid"].primary.value > values["visible-only"].primary.value

@@ -91,8 +91,10 @@ def bathtub(rng: np.random.Generator, style: Style, fit: float = 1.0) -> tuple[P
 def _built_in_bath(panel: Finish, x: float, y: float, height: float, end: int) -> tuple[Part, ...]:
     rim, edge = 0.07, height - 0.04
     inner: Rect = (-x + rim + 0.02, -y + rim, x - rim - 0.02, y - rim)
+    shell: Rect = (inner[0] - 0.02, inner[1] - 0.02, inner[2] + 0.02, inner[3] + 0.02)
     return centred([
-        *ring("panel", panel, (-x + 0.015, -y + 0.015, x - 0.015, y - 0.004), inner, 0.0, edge),
+        *ring("panel", panel, (-x + 0.015, -y + 0.015, x - 0.015, y - 0.004), shell, 0.0, edge),
+        *ring("side", CERAMIC, shell, inner, 0.0, edge),
         *ring("rim", CERAMIC, (-x, -y, x, y), inner, edge, height),
         block("basin", shade(CERAMIC, 0.96), (*inner[:2], 0.0), (*inner[2:], BATH_FLOOR_M)),
         _slope(inner, end, BATH_FLOOR_M, height - 0.06),

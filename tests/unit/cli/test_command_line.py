@@ -16,6 +16,7 @@ import pytest
 import hsbench
 from hsbench.cli.main import COMMANDS, cli, run
 from hsbench.errors import HsbenchError
+from hsbench.tasks import TASKS
 
 ROOT = Path(hsbench.__file__).parents[1]
 
@@ -170,7 +171,7 @@ def test_json_is_json(rgbd: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert with_json == {*shown, "doctor"}
     assert shown["info"]["splits"]["train"]["episodes"] == 2
     assert shown["verify"] == {"data": str(rgbd), "episodes": 6, "faults": []}
-    assert [t["name"] for t in shown["tasks"]] == ["scene-completion"]
+    assert [t["name"] for t in shown["tasks"]] == list(TASKS)
     assert shown["task show"]["grid"]["shape"] == [128, 128, 48]
     assert shown["check"]["faults"] == []
     assert shown["score"] == json.loads((tmp_path / "r.json").read_text())

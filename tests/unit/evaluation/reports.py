@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from hsbench.evaluation import DatasetRef, Report, score_completion
+from hsbench.evaluation import DatasetRef, Report, score_episodes
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.schema import OccupancyTruth, VoxelState, category
 from hsbench.submission import Metadata
@@ -45,4 +45,4 @@ def guesses(noise: float, seed: int = 0) -> dict[str, np.ndarray]:
 def report(noise: float, **changes: object) -> Report:
     """A report on all episodes."""
     arguments = {"spec": SPEC, "dataset": DATA, "split": "val", "method": METHOD, "replicates": 200} | changes
-    return score_completion(EPISODES, guesses(noise), **arguments)
+    return score_episodes(EPISODES, guesses(noise), **arguments)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from hsbench.errors import SchemaError
-from hsbench.evaluation import DatasetRef, compare, score_completion
-from hsbench.evaluation.pooled import by_scene, metrics_of
+from hsbench.evaluation import DatasetRef, compare, score_episodes
+from hsbench.evaluation.metric import statistics_of
+from hsbench.evaluation.pooled import scenes_of
+from hsbench.evaluation.scorers import metrics_of
 from hsbench.metrics.bootstrap import paired_difference
 from tests.unit.evaluation.reports import DATA, EPISODES, METHOD, SPEC, guesses, report
 
@@ -21,7 +24,11 @@ def test_a_clear_gain_is_real_and_antisymmetric() -> None:
     assert forth.primary.low == pytest.approx(-back.primary.high, abs=1e-12)
     assert (forth.scenes, forth.episodes, forth.unpaired) == (6, 12, 0)
     metric = metrics_of("scene-completion")["known/recall"]
-    expected = paired_difference(by_scene(good.episodes, metric), by_scene(bad.episodes, metric), metric.value)
+    sums = [np.zeros((6, 4), np.int64) for _ in range(2)]
+    for summed, report_ in zip(sums, (good, bad), strict=True):
+        for row, counts in zip(report_.episodes, statistics_of(report_.episodes, "known", 4), strict=True):
+            summed[scenes_of(report_.episodes).index(row.scene_id)] += counts
+    expected = paired_difference(*sums, metric.value)
     assert forth.differences["known/recall"] == expected
 
 
@@ -32,10 +39,10 @@ def test_a_method_is_no_better_than_itself() -> None:
 
 def test_only_common_episodes_count() -> None:
     whole = report(0.3)
-    part = score_completion(EPISODES[:8], guesses(0.1), **ARGUMENTS)
+    part = score_episodes(EPISODES[:8], guesses(0.1), **ARGUMENTS)
     got = compare(whole, part)
     assert (got.scenes, got.episodes, got.unpaired) == (4, 8, 4)
-    same = compare(score_completion(EPISODES[:8], guesses(0.3), **ARGUMENTS), part)
+    same = compare(score_episodes(EPISODES[:8], guesses(0.3), **ARGUMENTS), part)
     assert got.differences == same.differences
 
 
@@ -49,8 +56,8 @@ def test_scores_of_different_things_do_not_compare(change: dict, item: str) -> N
 
 
 def test_nothing_in_common_or_moved() -> None:
-    first = score_completion(EPISODES[:2], {}, **ARGUMENTS)
+    first = score_episodes(EPISODES[:2], {}, **ARGUMENTS)
     with pytest.raises(SchemaError, match="no episode in common"):
-        compare(first, score_completion(EPISODES[2:4], {}, **ARGUMENTS))
+        compare(first, score_episodes(EPISODES[2:4], {}, **ARGUMENTS))
     with pytest.raises(SchemaError, match="ep-00 is in scene room-0 and elsewhere"):
-        compare(first, score_completion([(e, "elsewhere", t) for e, _, t in EPISODES[:2]], {}, **ARGUMENTS))
+        compare(first, score_episodes([(e, "elsewhere", t) for e, _, t in EPISODES[:2]], {}, **ARGUMENTS))

@@ -10,7 +10,7 @@ import pytest
 
 import hsbench
 from hsbench.errors import SchemaError
-from hsbench.evaluation import completion_report, episode_row, score_completion, write_report
+from hsbench.evaluation import episode_row, score_episodes, split_report, write_report
 from hsbench.metrics.completion import REGIONS, Counts, episode_counts
 from hsbench.tasks import task
 from tests.unit.evaluation.reports import DATA, EPISODES, METHOD, SPEC, guesses, report
@@ -29,7 +29,7 @@ def test_truth_as_prediction_is_perfect_in_every_metric() -> None:
 
 def test_pooled_value_adds_counts_first_and_the_mean_stands_beside() -> None:
     predictions = guesses(0.3)
-    got = score_completion(EPISODES, predictions, **ARGUMENTS)
+    got = score_episodes(EPISODES, predictions, **ARGUMENTS)
     each = [episode_counts(truth, predictions[e]) for e, _, truth in EPISODES]
     for region in REGIONS:
         total = sum((counts[region] for counts in each), Counts())
@@ -48,22 +48,22 @@ def test_a_missing_episode_is_an_empty_prediction_and_counted() -> None:
     predictions = guesses(0.3)
     emptied = {**predictions, "ep-03": np.zeros(SPEC.grid.shape, bool)}
     del predictions["ep-03"]
-    missing = score_completion(EPISODES, predictions, **ARGUMENTS)
-    empty = score_completion(EPISODES, emptied, **ARGUMENTS)
+    missing = score_episodes(EPISODES, predictions, **ARGUMENTS)
+    empty = score_episodes(EPISODES, emptied, **ARGUMENTS)
     assert missing.metrics == empty.metrics
     assert (missing.counts.scored, missing.counts.missing) == (11, 1)
     assert [row.episode_id for row in missing.episodes if row.missing] == ["ep-03"]
-    nothing = score_completion(EPISODES, {}, **ARGUMENTS)
+    nothing = score_episodes(EPISODES, {}, **ARGUMENTS)
     assert (nothing.primary.value, nothing.counts.missing) == (0.0, 12)
     assert nothing.metrics["occluded/precision"].value is None
 
 
 def test_order_and_parts_make_no_difference_to_a_byte(tmp_path: Path) -> None:
     predictions = guesses(0.3)
-    write_report(tmp_path / "a.json", score_completion(EPISODES, predictions, **ARGUMENTS))
-    write_report(tmp_path / "b.json", score_completion(EPISODES[::-1], predictions, **ARGUMENTS))
+    write_report(tmp_path / "a.json", score_episodes(EPISODES, predictions, **ARGUMENTS))
+    write_report(tmp_path / "b.json", score_episodes(EPISODES[::-1], predictions, **ARGUMENTS))
     rows = [episode_row(e, s, t, predictions[e], SPEC) for e, s, t in EPISODES[6:] + EPISODES[:6]]
-    write_report(tmp_path / "c.json", completion_report(rows, **ARGUMENTS))
+    write_report(tmp_path / "c.json", split_report(rows, **ARGUMENTS))
     texts = {(tmp_path / name).read_bytes() for name in ("a.json", "b.json", "c.json")}
     assert len(texts) == 1
 
@@ -77,7 +77,7 @@ def test_provenance_and_no_trace_of_machine_or_time() -> None:
 
 
 def test_one_scene_has_a_value_but_no_interval() -> None:
-    one = score_completion(EPISODES[:2], guesses(0.3), **ARGUMENTS)
+    one = score_episodes(EPISODES[:2], guesses(0.3), **ARGUMENTS)
     assert one.primary.value is not None
     assert (one.primary.low, one.primary.high) == (None, None)
     assert one.metrics["occluded/iou"].reason == "one scene: nothing to resample"
@@ -91,10 +91,10 @@ def test_better_guesses_score_higher() -> None:
 
 def test_refusals() -> None:
     with pytest.raises(SchemaError, match="holds no episode"):
-        score_completion([], {}, **ARGUMENTS)
+        score_episodes([], {}, **ARGUMENTS)
     with pytest.raises(SchemaError, match="ascend strictly by episode_id"):
-        score_completion([*EPISODES, EPISODES[0]], {}, **ARGUMENTS)
+        score_episodes([*EPISODES, EPISODES[0]], {}, **ARGUMENTS)
     with pytest.raises(SchemaError, match="episode ep-00: truth is on"):
-        score_completion(EPISODES, {}, **ARGUMENTS | {"spec": task("scene-completion")})
+        score_episodes(EPISODES, {}, **ARGUMENTS | {"spec": task("scene-completion")})
     with pytest.raises(SchemaError, match="episode ep-00: prediction has shape"):
-        score_completion(EPISODES, {"ep-00": np.zeros((2, 2, 3), bool)}, **ARGUMENTS)
+        score_episodes(EPISODES, {"ep-00": np.zeros((2, 2, 3), bool)}, **ARGUMENTS)

@@ -11,17 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hsbench.errors import SchemaError
-from hsbench.io.depth_noise import (
-    HARSH,
-    KINECT,
-    PRESETS,
-    SHADE_SLACK_PX,
-    add_noise,
-    noise_rng,
-    preset,
-    shaded,
-    viewing_angle,
-)
+from hsbench.io.depth_kernels import SHADE_SLACK_PX, shaded, viewing_angle
+from hsbench.io.depth_noise import HARSH, KINECT, PRESETS, add_noise, noise_rng, preset
 
 WALL = (480, 640)
 

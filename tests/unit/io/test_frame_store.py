@@ -20,14 +20,13 @@ import hsbench
 from hsbench.errors import DataError
 from hsbench.io.frame_store import (
     PATCH_SCHEMA,
+    STAMPS_KEY,
     Film,
-    ImageFrames,
     Patch,
     Picture,
     Recording,
     RecordingFrames,
     RecordingTruth,
-    write_images,
     write_recording,
 )
 from hsbench.schema.episode import Frames, FramesTruth
@@ -272,19 +271,22 @@ def test_other_columns_are_refused_and_named(recorded: tuple[Recording, Film, li
             exercise(folder)
 
 
-def test_images_of_other_footage_come_back(tmp_path: Path) -> None:
-    rng = np.random.default_rng(2)
-    rgb, depth = picture(rng, 6, 7).rgb, picture(rng, 6, 7).depth_mm
-    write_images(tmp_path, [(3, rgb, depth), (9, None, depth), (12, rgb, None)])
-    frames = ImageFrames(tmp_path)
-    assert frames.timestamps_ns.tolist() == [3, 9, 12]
-    assert [(f.rgb is None, f.depth_m is None) for f in frames] == [(False, False), (True, False), (False, True)]
-    assert np.array_equal(frames[-3].rgb, rgb)
-    assert np.array_equal(np.rint(frames[1].depth_m * 1000), depth)
-    path = tmp_path / "frames.parquet"
-    path.write_bytes(path.read_bytes()[:-9])
-    with pytest.raises(DataError, match=r"frames\.parquet"):
-        len(ImageFrames(tmp_path))
-    path.unlink()
-    with pytest.raises(DataError, match=r"frames\.parquet"):
-        len(ImageFrames(tmp_path))
+@pytest.mark.parametrize(("listed", "words"), [("1 2 x", "expected whole numbers"), ("1 2", "has 2 numbers")])
+def test_time_stamps_of_the_metadata_fit_the_table(tmp_path: Path, listed: str, words: str) -> None:
+    rng = np.random.default_rng(3)
+    write_recording(tmp_path, picture(rng, 30, 40), patches(rng, 30, 40, 6))
+    path = tmp_path / "patches.parquet"
+    whole = pq.read_table(path)
+    assert Recording(tmp_path).timestamps_ns.tolist() == whole["timestamp_ns"].to_pylist()
+
+    def rewritten(metadata: dict[str, str] | None) -> Recording:
+        with pq.ParquetWriter(path, PATCH_SCHEMA) as writer:
+            for batch in whole.to_batches(max_chunksize=1):
+                writer.write_batch(batch)
+            if metadata is not None:
+                writer.add_key_value_metadata(metadata)
+        return Recording(tmp_path)
+
+    assert rewritten(None).timestamps_ns.tolist() == whole["timestamp_ns"].to_pylist()
+    with pytest.raises(DataError, match=words):
+        _ = rewritten({STAMPS_KEY: listed}).timestamps_ns

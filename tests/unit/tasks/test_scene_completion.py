@@ -18,7 +18,7 @@ SPEC = task("scene-completion")
 
 
 def test_the_numbers_of_the_specification() -> None:
-    assert (SPEC.version, SPEC.dataset, SPEC.direction) == ("0", "rgbd-activity", "higher")
+    assert (SPEC.version, SPEC.datasets, SPEC.direction) == ("0", ("rgbd-activity",), "higher")
     assert SPEC.grid.shape == (128, 128, 48)
     assert SPEC.grid.voxel_m == 0.05
     low = np.array(SPEC.grid.origin_m)
@@ -30,7 +30,14 @@ def test_the_numbers_of_the_specification() -> None:
 
 
 def test_unknown_tasks_are_told_the_known() -> None:
-    assert list(TASKS) == ["scene-completion"]
+    assert list(TASKS) == [
+        "scene-completion",
+        "object-detection-3d",
+        "affordance-topdown",
+        "affordance-view",
+        "action-recognition",
+        "scene-reconstruction-360",
+    ]
     with pytest.raises(SchemaError, match="task 'completion' is unknown; expected one of scene-completion"):
         task("completion")
 

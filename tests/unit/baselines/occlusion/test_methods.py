@@ -106,7 +106,7 @@ def test_the_shuffled_control_follows_its_seed(rgbd: Path, submissions: dict[str
 def test_truth_as_prediction_scores_exactly_one(rgbd: Path, tmp_path: Path) -> None:
     data = load(rgbd, truth=True, frames=False)
     write_submission(tmp_path / "truth", SPEC, METADATA, ((e.episode_id, e.truth.occupancy.solid) for e in data))
-    report = score(tmp_path / "truth", SPEC, load(rgbd))
+    report = score(SPEC.name, tmp_path / "truth", load(rgbd))
     assert report.primary.value == 1.0
     assert (report.counts.scored, report.counts.missing, report.counts.scenes) == (6, 0, 6)
     assert {m.value for m in report.metrics.values()} <= {1.0, None}
@@ -116,7 +116,7 @@ def test_an_empty_prediction_is_scored_and_a_missing_one_counted_as_empty(rgbd: 
     data = load(rgbd, "val", truth=True, frames=False)
     nothing = np.zeros(SPEC.grid.shape, bool)
     write_submission(tmp_path / "empty", SPEC, METADATA, ((i, nothing) for i in data.episode_ids))
-    empty = score(tmp_path / "empty", SPEC, data)
+    empty = score(SPEC.name, tmp_path / "empty", data)
     assert empty.primary.value == 0.0
     assert (empty.counts.scored, empty.counts.missing) == (2, 0)
     masked = [primary_mask(e.truth.occupancy) & e.truth.occupancy.solid for e in data]
@@ -124,8 +124,8 @@ def test_an_empty_prediction_is_scored_and_a_missing_one_counted_as_empty(rgbd: 
     half = [(data[0].episode_id, data[0].truth.occupancy.solid)]
     write_submission(tmp_path / "half", SPEC, METADATA, half)
     with pytest.raises(SubmissionError, match=rf"predictions/{data.episode_ids[1]}\.npz: missing"):
-        score(tmp_path / "half", SPEC, data)
-    report = score(tmp_path / "half", SPEC, data, allow_missing=True)
+        score(SPEC.name, tmp_path / "half", data)
+    report = score(SPEC.name, tmp_path / "half", data, allow_missing=True)
     assert (report.counts.scored, report.counts.missing) == (1, 1)
     assert report.primary.value == masked[0].sum() / (masked[0].sum() + masked[1].sum())
 
@@ -139,7 +139,7 @@ def test_scores_of_the_methods_are_iou_by_hand(rgbd: Path, submissions: dict[str
             mask, solid = primary_mask(episode.truth.occupancy), episode.truth.occupancy.solid
             hit += int((mask & solid & got[episode.episode_id]).sum())
             union += int((mask & (solid | got[episode.episode_id])).sum())
-        assert score(submissions[name], SPEC, data).primary.value == pytest.approx(hit / union, abs=1e-12)
+        assert score(SPEC.name, submissions[name], data).primary.value == pytest.approx(hit / union, abs=1e-12)
         assert hit > 0
 
 

@@ -1,0 +1,56 @@
+"""``hsbench task template``: a valid submission to start from, for every task of a data set."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hsbench.cli.main import run
+from hsbench.evaluation.report import read_report
+from hsbench.evaluation.scorers import metrics_of
+from hsbench.tasks import TASKS
+
+OF_RGBD = [name for name, spec in TASKS.items() if "rgbd-activity" in spec.datasets]
+
+
+@pytest.mark.parametrize("name", OF_RGBD)
+def test_a_template_is_checked_and_scores_nothing(name: str, rgbd: Path, tmp_path: Path) -> None:
+    out, report = tmp_path / "template", tmp_path / "report.json"
+    data = ["--data", str(rgbd), "--split", "val"]
+    assert run(["task", "template", name, *data, "--out", str(out)]) == 0
+    assert run(["check", str(out), "--task", name, *data]) == 0
+    assert run(["score", str(out), "--task", name, *data, "--out", str(report)]) == 0
+    assert read_report(report).primary.value == 0.0
+    assert run(["task", "template", name, *data, "--out", str(out)]) == 2  # it is there
+    assert run(["task", "template", name, *data, "--out", str(out), "--replace"]) == 0
+
+
+def test_labels_of_another_number_of_poses_are_a_fault(
+    rgbd: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The check reads inputs, which need no truth, and exits as for any other fault."""
+    data = ["--data", str(rgbd), "--split", "val"]
+    assert run(["task", "template", "action-recognition", *data, "--out", str(tmp_path / "t")]) == 0
+    file = sorted((tmp_path / "t" / "predictions").iterdir())[0]
+    np.savez(file, action=np.ones(7, np.uint8))
+    capsys.readouterr()
+    for command in ("check", "score"):
+        assert run([command, str(tmp_path / "t"), "--task", "action-recognition", *data]) == 3
+        assert f"predictions/{file.name}: array 'action' has 7 labels; expected " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_show_tells_every_metric(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["task", "show", name, "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["metrics"] == list(metrics_of(name))
+    assert shown["primary_metric"].split()[0] in shown["metrics"]
+    assert shown["datasets"] == list(TASKS[name].datasets)
+
+
+def test_an_unknown_task_has_no_template(rgbd: Path, tmp_path: Path) -> None:
+    assert run(["task", "template", "completion", "--data", str(rgbd), "--out", str(tmp_path / "x")]) == 2
+    assert not (tmp_path / "x").exists()
