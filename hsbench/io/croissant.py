@@ -16,6 +16,7 @@ import pyarrow.parquet as pq
 
 from hsbench.errors import DataError
 
+TOLD = (("license", "licence"), ("version", "hsbench_version"))  # Croissant's word, and that of dataset.json
 CONFORMS_TO = "http://mlcommons.org/croissant/1.0"
 JsonObject = dict[str, Any]
 
@@ -122,6 +123,7 @@ def croissant(
         )
         if files.rows:
             records.append(_record_set(files.name, files.rows, {"fileSet": {"@id": identifier}}, example, folder))
+    told = {key: description[name] for key, name in TOLD if name in description}  # one's own data may lack them
     return {
         "@context": CONTEXT,
         "@type": "sc:Dataset",
@@ -129,8 +131,7 @@ def croissant(
         "name": description["name"],
         "description": f"hsbench data set {description['name']}, schema {description['schema_version']}, "
         f"{len(units)} episodes: what watching people reveals about a room.",
-        "license": description["licence"],
-        "version": description["hsbench_version"],
+        **told,
         "distribution": distribution,
         "recordSet": records,
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import cv2
@@ -284,7 +285,11 @@ def test_the_command_labels_episodes_and_refuses_others(tmp_path: Path, capsys: 
     assert c.truth is None or c.truth.view_affordance is None
     assert run(call) == 2
     assert "has truth of view_affordance already" in capsys.readouterr().err
+    capsys.readouterr()
     assert run([*call, "--replace", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["refused"] == []
+    assert told["episodes"]["a"]["moved"] is False
     assert run([*call, "--frame", "9", "--replace"]) == 2
     assert "no frame 9" in capsys.readouterr().err
 
