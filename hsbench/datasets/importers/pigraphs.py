@@ -24,6 +24,7 @@ import numpy as np
 from hsbench.datasets.importers import pose_json
 from hsbench.datasets.importers.kinect_bodies import KINECT_T_CAMERA, KinectBodies, checked_joints, track_numbers
 from hsbench.datasets.importers.kinect_csv import JOINT_COUNT, MAX_TICKS, TICK_NS, TRACKED
+from hsbench.datasets.importers.upright import below_camera
 from hsbench.errors import DataError
 from hsbench.geometry import transforms
 from hsbench.typing import FloatArray
@@ -34,7 +35,6 @@ MAX_ID = 2**64 - 1
 MAX_VALUE = 1_000.0  # of a position in metres, or a camera's entry: far beyond a scanned room
 POSE_TOLERANCE = 1e-3  # stored as float32, and estimated by registration
 MIN_FEET_FRAMES = 10
-MIN_HORIZONTAL_HEADING = 0.05
 
 _FEET = [15, 19]
 
@@ -107,15 +107,7 @@ def to_episode_frame(recording: PigraphsRecording, floor_m: float) -> tuple[Floa
 
     Raises DataError if the sensor looks straight up or down, where no heading exists.
     """
-    scan_T_kinect = recording.scan_T_kinect
-    heading = scan_T_kinect[:2, 2]
-    length = float(np.hypot(heading[0], heading[1]))
-    if length < MIN_HORIZONTAL_HEADING:
-        raise DataError(f"the sensor looks along {scan_T_kinect[:3, 2].round(3).tolist()}; expected a heading")
-    c, s = heading / length
-    rotation = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    below_sensor = np.array([*scan_T_kinect[:2, 3], floor_m])
-    episode_T_kinect = transforms.rigid(rotation, -rotation @ below_sensor) @ scan_T_kinect
+    episode_T_kinect = below_camera(recording.scan_T_kinect, floor_m) @ recording.scan_T_kinect
     return episode_T_kinect, episode_T_kinect @ KINECT_T_CAMERA
 
 

@@ -30,6 +30,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from hsbench.datasets.importers.upright import below_camera
 from hsbench.errors import DataError, SchemaError
 from hsbench.geometry import transforms
 from hsbench.geometry.cameras import PinholeCamera
@@ -63,7 +64,6 @@ MAX_FRACTION_BEYOND_DEPTH = 0.1
 HEADER_BYTES = 4 * (3 + 16)
 MAX_VOLUME_BYTES = HEADER_BYTES + 8 * VOXEL_COUNT
 POSE_TOLERANCE = 1e-4
-MIN_HORIZONTAL_HEADING = 0.05
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
@@ -179,20 +179,11 @@ def eleven_classes(labels: AnyArray) -> UInt8Array:
 def to_episode_frame(frame: SscnetFrame) -> tuple[FloatArray, FloatArray]:
     """A frame -> (``episode_T_camera`` (4, 4), ``episode_T_ssc`` (4, 4)); ssc is the file's world frame.
 
-    The episode frame has its origin on the floor below the camera, z up, x along the optical axis laid on the
-    floor, y left. The pose keeps the roll of a hand-held camera, which a height and a tilt alone would lose.
+    The pose keeps the roll of a hand-held camera, which a height and a tilt alone would lose.
     Raises DataError if the camera looks straight up or down, where no heading exists.
     """
-    ssc_T_camera = frame.world_T_camera
-    heading = ssc_T_camera[:2, 2]
-    length = float(np.hypot(heading[0], heading[1]))
-    if length < MIN_HORIZONTAL_HEADING:
-        raise DataError(f"the camera looks along {ssc_T_camera[:3, 2].round(3).tolist()}; expected a heading")
-    c, s = heading / length
-    rotation = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    below_camera = ssc_T_camera[:3, 3] * (1.0, 1.0, 0.0)
-    episode_T_ssc = transforms.rigid(rotation, -rotation @ below_camera)
-    return episode_T_ssc @ ssc_T_camera, episode_T_ssc
+    episode_T_ssc = below_camera(frame.world_T_camera, 0.0)
+    return episode_T_ssc @ frame.world_T_camera, episode_T_ssc
 
 
 def resample_labels(volume: SscnetVolume, episode_T_ssc: FloatArray, grid: VoxelGrid) -> UInt8Array:

@@ -21,7 +21,7 @@ from hsbench.typing import BoolArray, FloatArray
 ROTATION_TOLERANCE = 1e-3
 """What entries of a rotation printed with three to six digits may be off by."""
 
-MIN_HORIZONTAL_HEADING = 0.05
+MIN_HORIZONTAL_HEADING = 0.05  # of a unit vector: less is within 3 degrees of straight up or down
 LOWEST_PERCENT = 1.0
 """Share of depth points below the floor that are noise: VoteNet's floor is its 0.99 %."""
 FLOOR_BAND_M = 0.05
@@ -47,16 +47,26 @@ def to_episode_frame(upright_R_camera: FloatArray, floor_m: float) -> tuple[Floa
 
     Raises DataError if the camera looks straight up or down, where no heading exists, or lies below the floor.
     """
-    heading = upright_R_camera[:2, 2]
-    length = math.hypot(*heading)
-    if length < MIN_HORIZONTAL_HEADING:
-        raise DataError(f"the camera looks along {upright_R_camera[:, 2].round(3).tolist()}; expected a heading")
     if not floor_m < 0:
         raise DataError(f"the floor is {floor_m:.2f} m above the camera; expected it below (upside down?)")
+    upright_T_camera = transforms.rigid(upright_R_camera, (0.0, 0.0, 0.0))
+    episode_T_upright = below_camera(upright_T_camera, floor_m)
+    return episode_T_upright @ upright_T_camera, episode_T_upright
+
+
+def below_camera(world_T_camera: FloatArray, floor_m: float) -> FloatArray:
+    """(4, 4) pose of a camera in a world with z up, and z of its floor -> (4, 4) ``episode_T_world``.
+
+    The episode frame has its origin on the floor below the camera, z up, x along the optical axis laid on the floor, y
+    left. Raises DataError if the camera looks straight up or down, where no heading exists.
+    """
+    heading = world_T_camera[:2, 2]
+    length = math.hypot(*heading)
+    if length < MIN_HORIZONTAL_HEADING:
+        raise DataError(f"the camera looks along {world_T_camera[:3, 2].round(3).tolist()}; expected a heading")
     c, s = heading / length
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    episode_T_upright = transforms.rigid(turn, (0.0, 0.0, -floor_m))
-    return episode_T_upright @ transforms.rigid(upright_R_camera, (0.0, 0.0, 0.0)), episode_T_upright
+    return transforms.rigid(turn, -turn @ np.array([*world_T_camera[:2, 3], floor_m]))
 
 
 def floor_level(heights_m: FloatArray) -> float:

@@ -111,9 +111,7 @@ def test_action_recognition(seed: int) -> None:
     def names(values: np.ndarray) -> np.ndarray:
         return np.array([ACTIONS[Action(int(value))] for value in values])
 
-    theirs = reader.action(
-        [(names(true.action), None if missing else names(said)) for true, said, missing in episodes]
-    )
+    theirs = reader.action([(names(true.action), None if missing else names(said)) for true, said, missing in episodes])
     shared = {f"{label}/{kind}": f"{kind}/{label}" for label in ("stand", "sit", "interact") for kind in KINDS}
     agree(ours, theirs, {"macro-f1": "macro_f1", "accuracy": "accuracy", **shared})
 
