@@ -1,6 +1,7 @@
 """hsbench measures what watching people reveals about a room.
 
-``hsbench.load(path)`` gives a data set, a sequence of episodes; docs/ explains frames, tasks and scores.
+``hsbench.load(path)`` gives a data set, a sequence of episodes; ``hsbench.score(task, predictions, data)`` the report of
+a submission; ``hsbench.Evaluator(task)`` scores in a training loop. docs/ explains frames, tasks and scores.
 Importing hsbench loads numpy and little else: what needs more is imported when first used.
 """
 
@@ -11,12 +12,19 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hsbench.datasets.dataset import Dataset as Dataset
     from hsbench.datasets.dataset import load as load
+    from hsbench.evaluation.evaluator import Evaluator as Evaluator
+    from hsbench.evaluation.score import score as score
 
 __version__ = "0.1.0"
 
-__all__ = ["Dataset", "__version__", "load"]
+__all__ = ["Dataset", "Evaluator", "__version__", "load", "score"]
 
-_LAZY = {"Dataset": "hsbench.datasets.dataset", "load": "hsbench.datasets.dataset"}
+_LAZY = {
+    "Dataset": "hsbench.datasets.dataset",
+    "Evaluator": "hsbench.evaluation.evaluator",
+    "load": "hsbench.datasets.dataset",
+    "score": "hsbench.evaluation.score",
+}
 
 
 def __getattr__(name: str) -> Any:

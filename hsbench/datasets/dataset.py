@@ -16,6 +16,9 @@ from hsbench.io.episodes import read_episode
 from hsbench.io.image_noise import image_preset
 from hsbench.io.strict_json import read_json
 from hsbench.schema.episode import Episode
+from hsbench.schema.sensor import CAMERAS_OF_KIND
+from hsbench.schema.states import Visibility
+from hsbench.typing import UInt8Array
 
 DATA_VARIABLE = "HSBENCH_DATA"
 
@@ -61,6 +64,36 @@ class Dataset(Sequence[Episode]):
                 return self._read(row)
         raise DataError(f"{self.root} has no episode {episode_id!r} in this selection of {len(self)}")
 
+    def where(
+        self,
+        *,
+        split: str | None = None,
+        sensor: str | None = None,
+        people: int | tuple[int, int] | None = None,
+        visibility: Visibility | None = None,
+    ) -> Dataset:
+        """The episodes that fit all that is asked for; they may be none.
+
+        sensor: a kind, such as ``rgbd``. people: how many live there, or least and most. visibility: at least one
+        object is seen so much. The last two are truth: SchemaError unless the data set was loaded with it, DataError
+        where an episode has none.
+        """
+        needs_truth = people is not None or visibility is not None
+        if needs_truth and not self.truth:
+            raise SchemaError("people and visibility are truth; expected a data set loaded with truth=True")
+        if sensor is not None and sensor not in CAMERAS_OF_KIND:
+            raise SchemaError(f"sensor is {sensor!r}; expected one of {', '.join(CAMERAS_OF_KIND)}")
+        rows = [row for row in self.rows if split is None or row["split"] == split]
+        bare = replace(self, truth=needs_truth, frames=False)
+        if sensor is not None:
+            rows = [row for row in rows if bare._read(row).sensor.kind == sensor]
+        if people is not None:
+            least, most = people if isinstance(people, tuple) else (people, people)
+            rows = [row for row in rows if least <= _people(bare._read(row)) <= most]
+        if visibility is not None:
+            rows = [row for row in rows if visibility in _visibility(bare._read(row))]
+        return replace(self, rows=tuple(rows))
+
     @property
     def episode_ids(self) -> tuple[str, ...]:
         """Ids of the episodes, in order."""
@@ -87,7 +120,7 @@ class Dataset(Sequence[Episode]):
         return sha256_file(self.root / MANIFEST_FILE)
 
     def _read(self, row: dict[str, Any]) -> Episode:
-        folder = self.root / EPISODES_FOLDER / row["episode_id"]
+        folder = self._folder(row)
         try:
             episode = read_episode(
                 folder,
@@ -99,6 +132,9 @@ class Dataset(Sequence[Episode]):
         except DataError as error:
             raise DataError(f"{error} (hsbench verify lists all that is damaged)") from error
         return episode if self.until_s is None else episode.until(self.until_s)
+
+    def _folder(self, row: dict[str, Any]) -> Path:
+        return self.root / EPISODES_FOLDER / str(row["episode_id"])
 
 
 def load(
@@ -132,6 +168,18 @@ def load(
         if not rows:
             raise DataError(f"{root} has no episode of split {split!r}; found {', '.join(known) or 'none'}")
     return Dataset(root, tuple(rows), truth, until_s, frames, depth_noise, image_noise)
+
+
+def _people(episode: Episode) -> int:
+    if episode.truth is None or episode.truth.poses is None:
+        raise DataError(f"episode {episode.episode_id} has no true poses to count people by")
+    return len(set(episode.truth.poses.poses.track_id.tolist()))
+
+
+def _visibility(episode: Episode) -> UInt8Array:
+    if episode.truth is None or episode.truth.objects is None:
+        raise DataError(f"episode {episode.episode_id} has no truth of how much is seen of its objects")
+    return episode.truth.objects.visibility
 
 
 def _find(name_or_path: str | Path) -> Path:

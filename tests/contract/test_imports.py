@@ -102,8 +102,8 @@ def import_faults(parts: tuple[str, ...], name: str) -> Iterator[str]:
         yield f"metrics import {name}"
     if target[0] != "hsbench":
         return
-    if own == "__init__":  # the root offers load and Dataset, lazily
-        if target[1:3] not in ([], ["datasets", "dataset"]):
+    if own == "__init__":  # the root offers load and Dataset, score and Evaluator, lazily
+        if target[1:3] not in ([], ["datasets", "dataset"], ["evaluation", "evaluator"], ["evaluation", "score"]):
             yield f"the root imports {name}"
     elif target[1:] not in ([], ["__version__"]):
         if target[1] not in RANK or own not in RANK:
@@ -215,9 +215,13 @@ def test_offered_names_are_there_and_no_other() -> None:
         "hsbench.datasets.dataset",
         "Dataset",
     ]
+    assert python("import hsbench; print(hsbench.score.__module__, hsbench.Evaluator.__name__)").split() == [
+        "hsbench.evaluation.score",
+        "Evaluator",
+    ]
     with pytest.raises(AttributeError, match="no attribute 'laod'"):
         hsbench.laod  # noqa: B018
-    assert dir(hsbench) == sorted(hsbench.__all__) == ["Dataset", "__version__", "load"]
+    assert dir(hsbench) == sorted(hsbench.__all__) == ["Dataset", "Evaluator", "__version__", "load", "score"]
 
 
 def test_import_takes_less_than_300_ms_over_numpy() -> None:

@@ -34,6 +34,7 @@ from hsbench.schema import (
 )
 from hsbench.schema.episode import Episode
 from hsbench.schema.scene import SceneObject
+from hsbench.schema.states import Visibility
 
 ROOT = Path(hsbench.__file__).parents[1]
 
@@ -50,6 +51,27 @@ def digest(episode: Episode) -> str:
 
 
 # ---------------------------------------------------------------- which episodes
+
+
+def test_where_chooses_by_split_sensor_people_and_visibility(rgbd: Path) -> None:
+    data = load(rgbd, truth=True)
+    assert data.where().episode_ids == data.episode_ids
+    assert data.where(split="val").episode_ids == load(rgbd, "val").episode_ids
+    assert load(rgbd).where(sensor="rgbd").episode_ids == data.episode_ids
+    assert len(data.where(sensor="equirectangular")) == 0
+    people = {e.episode_id: len(set(e.truth.poses.poses.track_id.tolist())) for e in data}
+    for count in (0, 1, 2, 3, 9):
+        assert data.where(people=count).episode_ids == tuple(k for k, n in people.items() if n == count)
+    assert data.where(people=(1, 2)).episode_ids == tuple(k for k, n in people.items() if 1 <= n <= 2)
+    hidden = tuple(e.episode_id for e in data if (e.truth.objects.visibility == Visibility.FULLY_OCCLUDED).any())
+    chosen = data.where(visibility=Visibility.FULLY_OCCLUDED, people=(0, 9), sensor="rgbd")
+    assert chosen.episode_ids == hidden
+    assert chosen.truth  # what comes out is read as before
+    assert len(chosen[:1]) == min(1, len(hidden))
+    with pytest.raises(SchemaError, match="expected a data set loaded with truth=True"):
+        load(rgbd).where(people=1)
+    with pytest.raises(SchemaError, match="expected one of rgbd"):
+        data.where(sensor="kinect")
 
 
 def test_by_path_and_by_name(rgbd: Path, monkeypatch: pytest.MonkeyPatch) -> None:
