@@ -1,7 +1,7 @@
 """hsbench measures what watching people reveals about a room.
 
-``hsbench.load(path)`` gives a data set, a sequence of episodes; ``hsbench.score(task, predictions, data)`` the report of
-a submission; ``hsbench.Evaluator(task)`` scores in a training loop. docs/ explains frames, tasks and scores.
+``hsbench.load(path)`` gives a data set, a sequence of episodes; ``hsbench.score(task, predictions, data)`` the report
+of a submission; ``hsbench.Evaluator(task)`` scores in a training loop. docs/ explains frames, tasks and scores.
 Importing hsbench loads numpy and little else: what needs more is imported when first used.
 """
 
