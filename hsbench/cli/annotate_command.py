@@ -167,15 +167,16 @@ def plan(drawn: Path, data: Path, episode: str, names_json: Path | None, image: 
 @click.argument("drawn", type=FILE, metavar="LABELS")
 @click.option("--to", "form", required=True, type=click.Choice(["plain", "labelme", "coco", "png"]), help="The form.")
 @click.option("--out", required=True, type=FILE, metavar="FILE", help="New file.")
+@names_option
 @image_option
-def convert(drawn: Path, form: str, out: Path, image: str | None) -> None:
+def convert(drawn: Path, form: str, out: Path, names_json: Path | None, image: str | None) -> None:
     """Labels of a picture from one form into another."""
     from hsbench.datasets.annotation.label_files import read_labels, write_labels
 
     if out.exists():
         raise click.UsageError(f"--out {out}: exists already; choose another name")
     labels = read_labels(drawn, image)
-    write_labels(out, labels, form)
+    write_labels(out, labels, form, _names(names_json))
     click.echo(f"{out}: {len(labels.regions)} regions of {labels.file_name}")
 
 

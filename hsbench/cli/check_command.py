@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hsbench.cli.common import ANY_PATH, data_option, json_option, print_json
+from hsbench.cli.common import ANY_PATH, data_option, json_option, next_step, note_own_data, on_split, print_json
 from hsbench.errors import SubmissionError
 
 
@@ -36,10 +36,9 @@ def command(
     from hsbench.submission.check import check
     from hsbench.tasks import task
 
-    dataset = load(data, split, frames=False)
-    faults = check(
-        submission, task(task_name), dataset.episode_ids, allow_missing=allow_missing, inputs=dataset.episode
-    )
+    spec, dataset = task(task_name), load(data, split, frames=False)
+    note_own_data(spec, dataset.name)
+    faults = check(submission, spec, dataset.episode_ids, allow_missing=allow_missing, inputs=dataset.episode)
     if as_json:
         print_json({"submission": str(submission), "episodes": len(dataset), "faults": faults})
         context.exit(SubmissionError.exit_code if faults else 0)
@@ -49,8 +48,4 @@ def command(
         click.echo(f"{submission}: {len(faults)} fault{'s' if len(faults) > 1 else ''}", err=True)
         context.exit(SubmissionError.exit_code)
     click.echo(f"{submission}: {len(dataset)} episodes, no faults")
-    click.echo(
-        f"next: hsbench score {submission} --task {task_name} --data {data}"
-        + (f" --split {split}" if split else "")
-        + " --out report.json"
-    )
+    next_step("score", submission, "--task", task_name, "--data", data, *on_split(split), "--out", "report.json")

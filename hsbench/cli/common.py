@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from tqdm import tqdm
 
 from hsbench.io.atomic import json_bytes
+
+if TYPE_CHECKING:
+    from hsbench.tasks.spec import TaskSpec
 
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
@@ -34,6 +38,27 @@ def json_option(function: F) -> F:
 def progress(items: Iterable[T], total: int, what: str, unit: str = "episode") -> Iterator[T]:
     """A progress bar on the error stream; silent where that is no terminal."""
     yield from tqdm(items, total=total, desc=what, unit=unit, file=sys.stderr, disable=None, leave=False)
+
+
+def next_step(*words: object, other: str = "") -> None:
+    """Tell the next command to type, quoted for a shell; empty words are left out. other: what else may follow."""
+    click.echo(f"next: hsbench {shlex.join(str(word) for word in words if word not in ('', None))}{other}")
+
+
+def on_split(split: str | None) -> tuple[str, ...]:
+    """``--split NAME`` as words of a command, where there is one."""
+    return ("--split", split) if split else ()
+
+
+def note_own_data(spec: TaskSpec, dataset: str) -> bool:
+    """Say on the error stream where a task has no board for a data set. Raises SchemaError for another task's."""
+    from hsbench.tasks.registry import scored_on
+
+    official = scored_on(spec, dataset)
+    if not official:
+        names = " and ".join(spec.datasets)
+        click.echo(f"note: {dataset} is data of one's own: boards of {spec.name} take {names}", err=True)
+    return official
 
 
 def print_json(value: object) -> None:

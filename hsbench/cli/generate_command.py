@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from hsbench.cli.common import FOLDER, progress
+from hsbench.cli.common import FOLDER, next_step, progress
 from hsbench.errors import HsbenchError
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def command(
     ):
         pass
     click.echo(f"{out}: {len(units)} scenes ({len(made)} episodes made now)")
-    click.echo(f"next: hsbench verify {out}")
+    next_step("verify", out)
 
 
 def _noted(names: Iterable[str], into: list[str]) -> Iterator[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from hsbench.cli import import_pictures, import_poses, import_rooms
-from hsbench.cli.common import ANY_PATH, FOLDER
+from hsbench.cli.common import ANY_PATH, FOLDER, next_step
 
 FILE = click.Path(path_type=Path, dir_okay=False)
 
@@ -115,7 +115,7 @@ def scene(
     plan, cell_m2 = truth.affordance.labels, truth.affordance.cell_m**2
     shown = (f"{(plan >> kind & 1).sum() * cell_m2:.2f} m2 {kind.name.lower()}" for kind in Affordance)
     click.echo(f"from above: {', '.join(shown)}")
-    click.echo(f"next: hsbench export {out} --plan plan.svg")
+    next_step("export", out, "--plan", "plan.svg")
 
 
 for other in (*import_rooms.COMMANDS, *import_poses.COMMANDS, *import_pictures.COMMANDS):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hsbench.cli.common import ANY_PATH, FOLDER
+from hsbench.cli.common import ANY_PATH, FOLDER, next_step
 from hsbench.cli.import_poses import FILE, POSITIVE, focal_option, out_option
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def scannet(scan: Path, out: Path, name: str | None) -> None:
     click.echo(f"{out}: {len(found.objects)} objects, {area:.1f} m2, {found.height_m:.2f} m high")
     counts = Counter(item.category_name for item in found.objects)
     click.echo(", ".join(f"{number} {category}" for category, number in sorted(counts.items())))
-    click.echo(f"next: hsbench export {out} --plan plan.svg")
+    next_step("export", out, "--plan", "plan.svg")
 
 
 @click.command(epilog="Example: hsbench import zind 0000/zind_data.json --out data/zind")

@@ -17,7 +17,23 @@ if TYPE_CHECKING:
     from hsbench.schema.episode import Episode
 
 FILE = click.Path(path_type=Path, dir_okay=False)
-POSITIVE = click.FloatRange(min=0, min_open=True)
+
+
+class Positive(click.FloatRange):
+    """A finite number above 0: without this, nan passes every comparison."""
+
+    def __init__(self) -> None:
+        super().__init__(min=0, min_open=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """As FloatRange, refusing what is not finite."""
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value} is no finite number", param, ctx)
+        return number
+
+
+POSITIVE = Positive()
 
 out_option = click.option(
     "--out", required=True, type=FOLDER, metavar="DIR", help="Data set folder; episodes are added to it."

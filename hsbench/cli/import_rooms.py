@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hsbench.cli.common import FOLDER
+from hsbench.cli.common import FOLDER, next_step
 from hsbench.cli.import_poses import name_option, out_option
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def sscnet(depth_png: Path, volume_bin: Path, out: Path, name: str | None) -> No
     click.echo(
         f"{_placed(out, episode)}" + ("" if episode.truth else "; the volume has no labels, so there is no truth")
     )
-    click.echo(f"next: hsbench predict all-solid --data {out} --out pred")
+    next_step("predict", "all-solid", "--data", out, "--out", "pred")
 
 
 @click.command(epilog="Example: hsbench import sunrgbd SUNRGBD/kv1/b3dodata/img_0063 --out data/sunrgbd")

@@ -63,8 +63,8 @@ def _print_splits(splits: dict[str, SplitCounts]) -> None:
 
 def _print_classes(balance: Classes, episodes: int) -> None:
     click.echo(f"people: {balance.people} in {episodes} episodes, at most {balance.largest_group} in one")
-    click.echo(f"actions: {_shares(balance.actions, balance.actions.total())} of the true poses")
-    click.echo(f"affordance: {_shares(balance.affordance_cells, balance.labelled_cells)} of the labelled cells")
+    click.echo(f"actions of true poses: {_shares(balance.actions, balance.actions.total())}")
+    click.echo(f"affordance of labelled cells from above: {_shares(balance.affordance_cells, balance.labelled_cells)}")
     counts = ", ".join(f"{name} {count}" for name, count in balance.objects.most_common())
     click.echo(f"objects: {balance.objects.total()} of {len(balance.objects)} categories: {counts or 'none'}")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hsbench.cli.common import FOLDER, progress
+from hsbench.cli.common import FOLDER, next_step, on_split, progress
 from hsbench.errors import HsbenchError
 
 
@@ -41,7 +41,7 @@ def command(
 
     if list_methods or (method is None and data is None and out is None):
         for item in METHODS.values():
-            click.echo(f"{item.name:<16}{item.track:<14}{item.summary}")
+            click.echo(f"{item.name:<22}{item.track:<16}{item.summary}")
         return
     if method is None or data is None or out is None:
         raise click.UsageError("METHOD, --data DIR and --out DIR go together; hsbench predict alone lists the methods")
@@ -52,6 +52,4 @@ def command(
     answers = predict(method, dataset, out, train=training, seed=seed, replace_out=replace)
     count = sum(1 for _ in progress(answers, len(dataset), method))
     click.echo(f"{out}: {count} predictions of {method}")
-    click.echo(
-        f"next: hsbench check {out} --task scene-completion --data {data}" + (f" --split {split}" if split else "")
-    )
+    next_step("check", out, "--task", "scene-completion", "--data", data, *on_split(split))

@@ -6,7 +6,16 @@ from pathlib import Path
 
 import click
 
-from hsbench.cli.common import ANY_PATH, data_option, interval, json_option, number, print_json
+from hsbench.cli.common import (
+    ANY_PATH,
+    data_option,
+    interval,
+    json_option,
+    next_step,
+    note_own_data,
+    number,
+    print_json,
+)
 from hsbench.errors import HsbenchError
 
 
@@ -33,10 +42,13 @@ def command(
     from hsbench.datasets.dataset import load
     from hsbench.evaluation.report import write_report
     from hsbench.evaluation.score import score
+    from hsbench.tasks import task
 
     if out is not None:
         _refuse_other_file(out)
-    report = score(task_name, submission, load(data, split, frames=False), allow_missing=allow_missing)
+    dataset = load(data, split, frames=False)
+    official = note_own_data(task(task_name), dataset.name)
+    report = score(task_name, submission, dataset, allow_missing=allow_missing)
     if out is not None:
         write_report(out, report)
     if as_json:
@@ -53,7 +65,9 @@ def command(
         click.echo(f"  {name:<34}{number(metric.value):>8}  {interval(metric.low, metric.high)}{mark}")
     if out is not None:
         click.echo(f"report: {out}")
-        click.echo(f"next: hsbench board add {out} --board DIR --year YEAR   or   hsbench compare {out} OTHER.json")
+        if official:
+            next_step("board", "add", out, "--board", "DIR", "--year", "YEAR")
+        next_step("compare", out, "OTHER.json")
 
 
 def _refuse_other_file(out: Path) -> None:

@@ -6,7 +6,16 @@ from pathlib import Path
 
 import click
 
-from hsbench.cli.common import FOLDER, data_option, json_option, print_json, progress
+from hsbench.cli.common import (
+    FOLDER,
+    data_option,
+    json_option,
+    next_step,
+    note_own_data,
+    on_split,
+    print_json,
+    progress,
+)
 from hsbench.errors import HsbenchError
 
 
@@ -65,9 +74,10 @@ def template(name: str, data: Path, split: str | None, out: Path, replace: bool)
     if out.exists() and not replace:
         raise HsbenchError(f"{out} exists already; choose another --out or give --replace")
     dataset = load(data, split, frames=False)
+    note_own_data(spec, dataset.name)
     metadata = Metadata(spec.name, spec.version, "template", spec.tracks[0], causal=True)
     with SubmissionWriter(out, spec, metadata, replace=replace) as writer:
         for episode in progress(dataset, len(dataset), "template"):
             writer.add(episode.episode_id, spec.dummy(episode))
     click.echo(f"{out}: {len(dataset)} predictions of nothing; fill in predictions/ and submission.json")
-    click.echo(f"next: hsbench check {out} --task {name} --data {data}" + (f" --split {split}" if split else ""))
+    next_step("check", out, "--task", name, "--data", data, *on_split(split))

@@ -86,6 +86,11 @@ def _whole(root: Path, units: list[Path], repairs: _Repairs) -> list[Fault]:
         found = file_faults(root)
     except DataError as error:
         found = [FileFault(MANIFEST_FILE, "changed", str(error)), *(f for unit in units for f in unit_faults(unit))]
+    found += [
+        FileFault(path.name, "extra", f"{path.name}/: extra, no part of a data set")
+        for path in sorted(root.iterdir())
+        if path.is_dir() and path.name != EPISODES_FOLDER and not path.name.startswith(".")
+    ]
     faults = [Fault(fault.text, repairs.file(fault)) for fault in found]
     named = {fault.name for fault in found}
     try:

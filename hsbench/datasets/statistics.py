@@ -17,6 +17,7 @@ from hsbench.datasets.dataset import Dataset
 from hsbench.errors import DataError
 from hsbench.io.arrays import load_npz
 from hsbench.io.dataset_index import EPISODES_FOLDER
+from hsbench.io.scene_folder import SCENE_FILE, read_scene
 from hsbench.io.splits import SPLITS
 from hsbench.schema.states import Action, Affordance
 
@@ -115,6 +116,8 @@ def _classes(truth: Path) -> Classes:
     objects = Counter[str]()
     if (truth / "objects.parquet").exists():
         objects = Counter(_columns(truth / "objects.parquet", "category")["category"].to_pylist())
+    elif (truth / SCENE_FILE).exists():  # boxes of a capture, of which nobody said how much is seen
+        objects = Counter(item.category_name for item in read_scene(truth.parent).objects)
     cells, labelled = Counter[str](), 0
     if (truth / "affordance.npz").exists():
         arrays = load_npz(truth / "affordance.npz")

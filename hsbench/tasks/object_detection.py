@@ -14,6 +14,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from hsbench.errors import SchemaError
+from hsbench.geometry.boxes import LARGEST_M, SMALLEST_M
 from hsbench.io.arrays import ArraySpec
 from hsbench.schema.categories import CATEGORIES
 from hsbench.submission.layout import PredictionFormat
@@ -96,8 +97,10 @@ def faults(arrays: Mapping[str, AnyArray]) -> list[str]:
         if len(rows) != len(boxes)
     ]
     boxes, scores, ids = boxes[:MAX_BOXES], scores[:MAX_BOXES], ids[:MAX_BOXES]
-    for row in np.flatnonzero(~np.isfinite(boxes).all(axis=1) | ~(boxes[:, 3:6] > 0).all(axis=1)):
-        found.append(f"boxes row {row}: {boxes[row].tolist()}; expected finite numbers, and sizes > 0 m")
+    fits = ((boxes[:, 3:6] >= SMALLEST_M) & (boxes[:, 3:6] <= LARGEST_M)).all(axis=1)
+    for row in np.flatnonzero(~np.isfinite(boxes).all(axis=1) | ~fits):
+        expected = f"expected finite numbers, and sizes > 0 m ({SMALLEST_M:g} .. {LARGEST_M:g})"
+        found.append(f"boxes row {row}: {boxes[row].tolist()}; {expected}")
     for row in np.flatnonzero(~((scores >= 0) & (scores <= 1))):
         found.append(f"scores row {row}: {scores[row]}; expected 0..1 (a logit? take its sigmoid)")
     known = [0, *(c.category_id for c in CLASSES)]

@@ -26,6 +26,21 @@ TASKS: Mapping[str, TaskSpec] = {
 }
 
 
+def scored_on(spec: TaskSpec, dataset: str) -> bool:
+    """Whether a task is scored on a data set of a name; if not, the data are somebody's own, and have no board.
+
+    Raises SchemaError for a data set of other tasks alone: an answer to it would be of another question.
+    """
+    if dataset in spec.datasets:
+        return True
+    others = [other.name for other in TASKS.values() if dataset in other.datasets]
+    if others:
+        raise SchemaError(
+            f"task {spec.name} is scored on {' or '.join(spec.datasets)}; {dataset} belongs to {', '.join(others)}"
+        )
+    return False
+
+
 def task(name: str) -> TaskSpec:
     """The task of a name. Raises SchemaError for an unknown one, naming the known."""
     try:

@@ -16,7 +16,7 @@ from torch.utils.data import Dataset as TorchDataset
 from torch.utils.data import get_worker_info
 
 from hsbench.datasets.dataset import Dataset
-from hsbench.errors import DataError
+from hsbench.errors import DataError, SchemaError
 from hsbench.schema.episode import NS_PER_S, Episode
 from hsbench.schema.poses import PoseTable
 from hsbench.torch.samples import Sample, sample
@@ -32,6 +32,8 @@ class _Episodes(TorchDataset[Tensors]):
     """Common to all: the episodes, the transform, and how an item finds its episode."""
 
     def __init__(self, dataset: Dataset, transform: Transform | None = None) -> None:
+        if not isinstance(dataset, Dataset):
+            raise SchemaError(f"dataset is a {type(dataset).__name__}; expected what hsbench.load gives")
         self.dataset, self.transform = dataset, transform
         self._open: dict[int, Episode] = {}
 
@@ -80,6 +82,9 @@ class ClipDataset(_Episodes):
         transform: Transform | None = None,
     ) -> None:
         super().__init__(dataset, transform)
+        for name, value in (("length", length), ("stride", stride), ("step", 1 if step is None else step)):
+            if value < 1:
+                raise SchemaError(f"{name} of a clip is {value}; expected at least 1 frame")
         self.length, self.stride = length, stride
         span = (length - 1) * stride + 1
         counts = [int(row["n_frames"]) for row in dataset.rows]
@@ -179,6 +184,8 @@ def collate(items: Sequence[Tensors]) -> Tensors:
     Padding is 0, NaN for joints. Cameras stay a list. Raises DataError where items do not have the same fields, or
     pictures and maps of one size.
     """
+    if not items:
+        raise DataError("a batch of no items; expected one or more")
     names = items[0].keys()
     for item in items:
         if item.keys() != names:

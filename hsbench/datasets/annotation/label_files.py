@@ -13,6 +13,7 @@ PNG of one channel whose values are bits of a view, as ``view_affordance.png`` o
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -72,10 +73,13 @@ def read_labels(path: str | Path, image: str | None = None) -> ViewLabels:
     raise DataError(f"{path}: is no object; expected {FORMAT}, LabelMe or COCO annotations")
 
 
-def write_labels(path: Path, labels: ViewLabels, form: str) -> None:
-    """Write labels as a file of one of ``FORMS``. A picture keeps affordances alone; other labels raise DataError."""
+def write_labels(path: Path, labels: ViewLabels, form: str, names: Mapping[str, int] = NAMES) -> None:
+    """Write labels as a file of one of ``FORMS``. A picture keeps affordances alone, by the bits that names stand for.
+
+    Raises DataError for a label that is not among the names.
+    """
     if form == "png":
-        bits = bits_of(labels, NAMES, str(path))
+        bits = bits_of(labels, names, labels.file_name)
         picture = labels_at(labels, bits, pixel_centres(labels.width_px, labels.height_px))
         write_bytes(path, encode_png(picture))
     else:

@@ -54,7 +54,8 @@ def picture_times(files: Sequence[Path], rate_hz: float | None) -> tuple[list[in
         where, named = "their EXIF data", [exif_time_ns(file) for file in files]
     if None in named:
         file = files[named.index(None)]
-        raise DataError(f"{file}: neither its name nor EXIF data tell when it was taken; expected that, or --rate")
+        wanted = "expected that, or their rate (--rate, or rate_hz of capture.json)"
+        raise DataError(f"{file}: neither its name nor EXIF data tell when it was taken; {wanted}")
     times = np.array(named, dtype=np.int64)
     order = np.argsort(times, kind="stable")
     times = times[order]

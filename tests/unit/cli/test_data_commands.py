@@ -78,7 +78,7 @@ def test_info_counts_and_draws(data: Path, tmp_path: Path, capsys: pytest.Captur
         "schema_version 0.2",
         "people: 2 in 3 episodes",
         "dining_table 2",
-        "of the labelled cells",
+        "affordance of labelled cells from above",
         str(sheet),
     ):
         assert words in text

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -54,3 +56,32 @@ def test_show_tells_every_metric(name: str, capsys: pytest.CaptureFixture[str]) 
 def test_an_unknown_task_has_no_template(rgbd: Path, tmp_path: Path) -> None:
     assert run(["task", "template", "completion", "--data", str(rgbd), "--out", str(tmp_path / "x")]) == 2
     assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("name", [name for name in TASKS if name not in OF_RGBD])
+def test_data_of_another_task_are_refused(
+    name: str, rgbd: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An answer to another question would get a number all the same."""
+    calls = (["task", "template", name], ["check", "x", "--task", name], ["score", "x", "--task", name])
+    for words in calls:
+        out = ["--out", str(tmp_path / "out")] if words[0] == "task" else []
+        assert run([*words, "--data", str(rgbd), *out]) == 2
+        assert f"task {name} is scored on {' or '.join(TASKS[name].datasets)}; rgbd-activity" in capsys.readouterr().err
+
+
+def test_own_data_are_scored_and_have_no_board(rgbd: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    own = tmp_path / "my rooms"
+    shutil.copytree(rgbd, own)
+    description = json.loads((own / "dataset.json").read_text())
+    (own / "dataset.json").write_text(json.dumps({**description, "name": "my-rooms"}))
+    out = str(tmp_path / "a template")
+    assert run(["task", "template", "scene-completion", "--data", str(own), "--out", out]) == 0
+    told = capsys.readouterr()
+    assert "note: my-rooms is data of one's own: boards of scene-completion take rgbd-activity" in told.err
+    (hint,) = (line.removeprefix("next: hsbench ") for line in told.out.splitlines() if line.startswith("next: "))
+    assert run(shlex.split(hint)) == 0  # quoted: both paths have a space
+    assert run(["score", out, "--task", "scene-completion", "--data", str(own), "--out", str(tmp_path / "r")]) == 0
+    told = capsys.readouterr()
+    assert "board add" not in told.out
+    assert "next: hsbench compare" in told.out

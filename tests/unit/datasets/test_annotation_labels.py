@@ -366,3 +366,16 @@ def test_wrong_plans_are_refused(tmp_path: Path) -> None:
         refused(read_plan, path, match)
     write_labels(path, labels(), "plain")
     refused(read_plan, path, "24 x 16 px; expected a square")
+
+
+def test_convert_takes_names_of_ones_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    square = (np.array([(1.0, 1.0), (5.0, 1.0), (5.0, 5.0), (1.0, 5.0)]),)
+    write_labels(tmp_path / "a.json", ViewLabels("a.png", 8, 6, (Region("carpet", square),)), "plain")
+    call = ["annotate", "convert", str(tmp_path / "a.json"), "--to", "png", "--out", str(tmp_path / "a.png")]
+    assert run(call) == 2
+    assert "a.png: regions[0] has the label 'carpet'" in capsys.readouterr().err
+    (tmp_path / "names.json").write_text('{"carpet": ["walkable"]}')
+    assert run([*call, "--labels", str(tmp_path / "names.json")]) == 0
+    bits = cv2.imread(str(tmp_path / "a.png"), cv2.IMREAD_UNCHANGED)
+    assert (bits == 1 << Affordance.WALKABLE).sum() == 16
+    assert (bits == 0).sum() == 8 * 6 - 16

@@ -43,6 +43,14 @@ def test_a_sound_data_set_has_none(rgbd: Path) -> None:
     assert steps == [[]] * (len(unit_folders(rgbd)) + 2)
 
 
+def test_a_folder_that_is_no_part_of_the_data_set(data: Path) -> None:
+    before = all_faults(data)
+    (data / "pred").mkdir()
+    (fault,) = (fault for fault in all_faults(data) if fault not in before)
+    assert fault.text == "pred/: extra, no part of a data set"
+    assert fault.repair == f"remove {data / 'pred'}, or keep it elsewhere"
+
+
 def test_all_kinds_in_one_run(data: Path) -> None:
     one, two, three = (u.name for u in unit_folders(data))
     episodes = data / "episodes"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hsbench import load
-from hsbench.errors import DataError
+from hsbench.errors import DataError, SchemaError
 
 torch = pytest.importorskip("torch", reason="the extra torch is not installed")
 
@@ -38,6 +38,16 @@ def test_frames_are_those_of_the_loader(rgbd: Path) -> None:
         assert set(item["pose_ns"].tolist()) == {int(episode.poses.timestamp_ns[gap.argmin()])}
     else:
         assert len(item["pose_ns"]) == 0
+
+
+def test_what_is_no_data_set_or_no_clip_is_refused(rgbd: Path) -> None:
+    with pytest.raises(SchemaError, match=r"dataset is a str; expected what hsbench\.load gives"):
+        EpisodeDataset(str(rgbd))
+    for length, stride, step in ((0, 1, 1), (2, -1, 1), (2, 1, 0)):
+        with pytest.raises(SchemaError, match="expected at least 1 frame"):
+            ClipDataset(load(rgbd), length, stride, step)
+    with pytest.raises(DataError, match="a batch of no items"):
+        collate([])
 
 
 def test_without_truth_there_is_none(rgbd: Path) -> None:
