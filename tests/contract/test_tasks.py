@@ -33,9 +33,23 @@ from hsbench.tasks.probability_maps import LABELS
 from hsbench.tasks.spec import OBSERVATION_TIMES_S, TRACKS
 
 tasks = pytest.mark.parametrize("spec", TASKS.values(), ids=TASKS)
+
+
+def takes_long(dataset: str) -> tuple[pytest.MarkDecorator, ...]:
+    """All but ``rgbd-activity``, which every test run makes anyway, are generated for these tests alone."""
+    return () if dataset == "rgbd-activity" else (pytest.mark.slow,)
+
+
+with_data = pytest.mark.parametrize(
+    "spec", [pytest.param(spec, id=name, marks=takes_long(spec.datasets[0])) for name, spec in TASKS.items()]
+)
 boards = pytest.mark.parametrize(
     ("spec", "dataset"),
-    [pytest.param(spec, name, id=f"{spec.name}-{name}") for spec in TASKS.values() for name in spec.datasets],
+    [
+        pytest.param(spec, name, id=f"{spec.name}-{name}", marks=takes_long(name))
+        for spec in TASKS.values()
+        for name in spec.datasets
+    ],
 )
 
 INPUTS = {"sensor", "frames.rgb", "frames.depth_m", "frames.timestamp_ns", "poses", "activity_maps"}
@@ -118,7 +132,7 @@ def test_every_task_has_a_scorer_with_its_primary_metric() -> None:
         assert spec.observation_times_s in (OBSERVATION_TIMES_S[spec.datasets[0]], ())
 
 
-@tasks
+@with_data
 def test_templates_survive_writing_and_reading(spec: TaskSpec, episode: Episode) -> None:
     for answer in answers(spec, episode):
         arrays = spec.prediction.encode(answer)
@@ -132,7 +146,7 @@ def test_templates_survive_writing_and_reading(spec: TaskSpec, episode: Episode)
         assert type(back) is type(answer)
 
 
-@tasks
+@with_data
 def test_the_grid_is_that_of_its_data_set(spec: TaskSpec, data_of: Callable[[str], Path]) -> None:
     truth = load(data_of(spec.datasets[0]), truth=True, frames=False)[0].truth
     if spec.name in ("scene-completion", "object-detection-3d", "scene-reconstruction-360"):
@@ -187,7 +201,7 @@ def test_truth_as_prediction_is_perfect_and_a_missing_answer_says_nothing(
     assert missing.primary.value == 0.0
 
 
-@tasks
+@with_data
 def test_a_prediction_may_be_given_at_every_observation_time(spec: TaskSpec, episode: Episode, tmp_path: Path) -> None:
     """All but the last have a file of their own; the last is the whole observation."""
     times = spec.observation_times_s
