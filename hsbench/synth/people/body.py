@@ -175,7 +175,7 @@ def capsules(body: Body, joints: FloatArray) -> tuple[FloatArray, FloatArray]:
     sides[:, :, 3:6, 0], sides[:, :, 3:6, 1] = limbs[:, :, SHOULDER:TIP], limbs[:, :, SHOULDER + 1 : TIP + 1]
     sides[:, :, 6:8, 0], sides[:, :, 6:8, 1] = limbs[:, :, HIP:ANKLE], limbs[:, :, HIP + 1 : ANKLE + 1]
     sides[:, :, 8, 0], sides[:, :, 8, 1] = shoe_axis(body, *(limbs[:, :, k] for k in (ANKLE - 1, ANKLE, ANKLE + 1)))
-    ends = np.concatenate([middle, sides.reshape(len(joints), -1, 2, 3)], axis=1)
+    ends = np.concatenate([middle, sides.reshape(len(joints), 2 * len(SIDE_RADII), 2, 3)], axis=1)
     return ends, np.array([*MIDDLE_RADII, *SIDE_RADII, *SIDE_RADII]) * (body.stature_m * body.girth)
 
 

@@ -113,3 +113,9 @@ def test_face_in_front_hair_behind_shoes_ahead() -> None:
     assert hair[:, 0].mean() < joints[J["head"], 0] < face[:, 0].mean()
     shoes = middle[colours[:, 0] == 3]
     assert shoes[:, 0].max() - joints[J["ankle_left"], 0] > 1.5 * (joints[J["ankle_left"], 0] - shoes[:, 0].min())
+
+
+def test_nobody_has_no_capsules() -> None:
+    ends, radii = capsules(Body(1.75), np.zeros((0, 25, 3)))
+    assert ends.shape == (0, len(CAPSULE_JOINTS), 2, 3)
+    assert len(radii) == len(CAPSULE_JOINTS)
