@@ -29,8 +29,9 @@ def sometimes_mirrored(sample, rng):
 
 def main(folder):
     torch.manual_seed(0)
-    train = EpisodeDataset(load(folder, "train", truth=True), transform=sometimes_mirrored)
-    val = EpisodeDataset(load(folder, "val", truth=True))
+    fields = ("maps", "affordance")
+    train = EpisodeDataset(load(folder, "train", truth=True), sometimes_mirrored, fields)
+    val = EpisodeDataset(load(folder, "val", truth=True), fields=fields)
     network = nn.Sequential(
         nn.Conv2d(3, 16, 7, padding=3), nn.ReLU(), nn.Conv2d(16, 32, 7, padding=3), nn.ReLU(), nn.Conv2d(32, CLASSES, 1)
     )

@@ -29,12 +29,20 @@ CACHED = 8  # open episodes kept by each data set and worker: neighbours come fr
 
 
 class _Episodes(TorchDataset[Tensors]):
-    """Common to all: the episodes, the transform, and how an item finds its episode."""
+    """Common to all: the episodes, the transform, and how an item finds its episode.
 
-    def __init__(self, dataset: Dataset, transform: Transform | None = None) -> None:
+    fields: names of ``Sample`` that items hold, where not all that is there; the camera is always among them.
+    """
+
+    def __init__(
+        self, dataset: Dataset, transform: Transform | None = None, fields: Sequence[str] | None = None
+    ) -> None:
         if not isinstance(dataset, Dataset):
             raise SchemaError(f"dataset is a {type(dataset).__name__}; expected what hsbench.load gives")
-        self.dataset, self.transform = dataset, transform
+        unknown = sorted(set(fields or ()).difference(ARRAYS))
+        if unknown:
+            raise SchemaError(f"field {unknown[0]!r} is unknown; expected one of {', '.join(ARRAYS)}")
+        self.dataset, self.transform, self.fields = dataset, transform, fields
         self._open: dict[int, Episode] = {}
 
     def __getstate__(self) -> dict[str, Any]:
@@ -51,7 +59,13 @@ class _Episodes(TorchDataset[Tensors]):
     def _item(self, found: Sample, index: int, one_frame: bool) -> Tensors:
         if self.transform is not None:
             found = self.transform(found, item_rng(index))
-        return to_tensors(found, one_frame)
+        tensors = to_tensors(found, one_frame)
+        if self.fields is None:
+            return tensors
+        missing = [name for name in self.fields if name not in tensors]
+        if missing:
+            raise DataError(f"item {index} has no {missing[0]}; expected {', '.join(self.fields)} (truth=True?)")
+        return {name: tensors[name] for name in ("camera", *self.fields)}
 
 
 class EpisodeDataset(_Episodes):
@@ -80,8 +94,9 @@ class ClipDataset(_Episodes):
         stride: int = 1,
         step: int | None = None,
         transform: Transform | None = None,
+        fields: Sequence[str] | None = None,
     ) -> None:
-        super().__init__(dataset, transform)
+        super().__init__(dataset, transform, fields)
         for name, value in (("length", length), ("stride", stride), ("step", 1 if step is None else step)):
             if value < 1:
                 raise SchemaError(f"{name} of a clip is {value}; expected at least 1 frame")
@@ -112,9 +127,14 @@ class FrameDataset(ClipDataset):
     """Item i: one frame, and the poses observed nearest to it, if within ``pose_s`` seconds."""
 
     def __init__(
-        self, dataset: Dataset, pose_s: float = 0.1, every: int = 1, transform: Transform | None = None
+        self,
+        dataset: Dataset,
+        pose_s: float = 0.1,
+        every: int = 1,
+        transform: Transform | None = None,
+        fields: Sequence[str] | None = None,
     ) -> None:
-        super().__init__(dataset, 1, 1, every, transform)
+        super().__init__(dataset, 1, 1, every, transform, fields)
         self.pose_s = pose_s
 
     def __getitem__(self, index: int) -> Tensors:
@@ -189,9 +209,8 @@ def collate(items: Sequence[Tensors]) -> Tensors:
     names = items[0].keys()
     for item in items:
         if item.keys() != names:
-            raise DataError(
-                f"items of a batch differ in {', '.join(sorted(item.keys() ^ names))}; collate one data set"
-            )
+            unlike = ", ".join(sorted(item.keys() ^ names))
+            raise DataError(f"items of a batch differ in {unlike}; collate one data set, or choose fields")
     batch: Tensors = {"camera": [item["camera"] for item in items]}
     for rows, mask in ((OF_POSES, "pose_mask"), (OF_BOXES, "box_mask")):
         present = [name for name in rows if name in names]

@@ -50,6 +50,18 @@ def test_what_is_no_data_set_or_no_clip_is_refused(rgbd: Path) -> None:
         collate([])
 
 
+def test_fields_that_are_chosen(rgbd: Path) -> None:
+    data = load(rgbd, truth=True)
+    for made in (EpisodeDataset(data, fields=("rgb", "boxes")), FrameDataset(data, fields=("rgb", "boxes"))):
+        assert made[0].keys() == {"camera", "rgb", "boxes"}
+    whole = EpisodeDataset(data)[0]
+    assert torch.equal(EpisodeDataset(data, fields=("solid",))[0]["solid"], whole["solid"])
+    with pytest.raises(SchemaError, match="field 'box' is unknown"):
+        EpisodeDataset(data, fields=("box",))
+    with pytest.raises(DataError, match="item 0 has no maps; expected rgb, maps"):
+        _ = EpisodeDataset(data, fields=("rgb", "maps"))[0]
+
+
 def test_without_truth_there_is_none(rgbd: Path) -> None:
     for item in (FrameDataset(load(rgbd))[0], EpisodeDataset(load(rgbd))[0], ClipDataset(load(rgbd), 2)[0]):
         hidden = {"instance", "semantic", "boxes", "box_class", "box_visibility", "affordance", "solid"}
