@@ -3,7 +3,9 @@
     python docs/examples/exploring_coverage.py 10
 
 40 s a square metre of floor that can be walked on and 30 s a seat, in each of some generated homes. A cell of the floor
-is revealed where a body, its arms included, was above it; a seat, with its whole surface, when somebody sat on it.
+is revealed where a body, its arms included, was above it; a seat, with its whole surface, when somebody sat on it. The
+last columns are the narrower shares of ``hsbench.truth.revealed``: floor within .25 m of an upright body's pelvis, and
+sittable cells within .175 m of a pelvis that sits.
 """
 
 import sys
@@ -20,6 +22,7 @@ from hsbench.synth.rooms import HomeConfig, build_home
 from hsbench.synth.seeds import Seeds
 from hsbench.truth.affordance import affordance_truth
 from hsbench.truth.evidence import first_swept
+from hsbench.truth.revealed import revealed
 
 S_PER_M2, S_PER_SEAT = 40.0, 30.0
 CELL_M, HEIGHT_M = 0.05, 2.0
@@ -27,24 +30,25 @@ SEATS = ("seat", "mattress")
 
 
 def main(homes: int) -> None:
-    names = "home", "minutes", "floor m2", "revealed", "seats m2", "revealed", "seats", "sat on"
+    names = "home", "minutes", "floor m2", "revealed", "seats m2", "revealed", "seats", "sat on", "near", "sat cells"
     print("".join(f"{name:>10}" for name in names))
     rows = []
     for number in range(homes):
-        minutes, floor, seats = coverage(number)
-        rows.append((*floor, sum(area for area, sat in seats if sat), sum(area for area, _ in seats)))
-        swept, free, sat_m2, seat_m2 = rows[-1]
+        minutes, floor, seats, narrow = coverage(number)
+        rows.append((*floor, sum(area for area, sat in seats if sat), sum(area for area, _ in seats), *narrow))
+        swept, free, sat_m2, seat_m2, near, near_of, cells, cells_of = rows[-1]
         print(
             f"{number:>10}{minutes:>10.0f}{free:>10.1f}{swept / free:>10.1%}{seat_m2:>10.1f}{sat_m2 / seat_m2:>10.1%}"
-            f"{len(seats):>10}{sum(sat for _, sat in seats):>10}",
+            f"{len(seats):>10}{sum(sat for _, sat in seats):>10}{near / near_of:>10.1%}{cells / cells_of:>10.1%}",
             flush=True,
         )
-    swept, free, sat_m2, seat_m2 = np.sum(rows, axis=0)
+    swept, free, sat_m2, seat_m2, near, near_of, cells, cells_of = np.sum(rows, axis=0)
     print(f"of all homes together: {swept / free:.1%} of the floor, {sat_m2 / seat_m2:.1%} of the seats' surface")
+    print(f"by the narrower shares: {near / near_of:.1%} of the floor, {cells / cells_of:.1%} of the sittable cells")
 
 
 def coverage(number: int):
-    """Minutes of a home, (swept, walkable) square metres, and (area, was sat on) of each usable seat."""
+    """Minutes of a home, (swept, walkable) square metres, (area, was sat on) of each usable seat, narrow counts."""
     seeds = Seeds(0).child("coverage").child(number)
     built = build_home(f"home-{number}", seeds.child("home"), HomeConfig(), ("nordic",))
     outline = np.concatenate([room.outline_xy for room in built.rooms])
@@ -61,7 +65,11 @@ def coverage(number: int):
     events = life.events
     sat = {(int(e), p) for e, p, c in zip(events.object_id, events.part, events.contact, strict=True) if "pelvis" in c}
     floor = ((swept & walkable).sum() * CELL_M**2, walkable.sum() * CELL_M**2)
-    return duration_s / 60, floor, [(area, name in sat) for name, area in usable.items()]
+    used, narrow = revealed(life.poses, life.action, life.events, 0, cells, CELL_M), []
+    for kind in (Affordance.WALKABLE, Affordance.SITTABLE):
+        there = (truth.labels >> kind & 1).astype(bool)
+        narrow += [int((np.isfinite(used[kind].first_s) & there).sum()), int(there.sum())]
+    return duration_s / 60, floor, [(area, name in sat) for name, area in usable.items()], narrow
 
 
 def seats_of(scene, truth) -> dict[tuple[int, str], float]:
