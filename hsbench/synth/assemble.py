@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -22,6 +23,7 @@ from hsbench.schema.sensor import Sensor
 from hsbench.schema.states import Affordance
 from hsbench.synth.activities import Life
 from hsbench.synth.activities.life import stamps as stamps_at
+from hsbench.synth.ahead import Ahead
 from hsbench.synth.detectors import Occluders, observe
 from hsbench.synth.film import Filming, Person, room_lighting
 from hsbench.synth.people import capsules
@@ -102,7 +104,7 @@ def filmed_episode(
             life.motions,
             life.held,
         )
-        frames = film(filming, stamps, noise_seed, config.depth_noise)  # type: ignore[assignment]
+        frames = film(filming, stamps, noise_seed, config.depth_noise, unit.threads)  # type: ignore[assignment]
     if isinstance(sensor.camera, EquirectangularCamera):
         sensor, truth = replace(sensor, height_m=None), replace(truth, sensor=sensor)
     return Episode(episode_id, dataset, sensor, frames, observed, 0, end_ns, truth=truth)
@@ -167,22 +169,22 @@ POSED_AT_ONCE = 16
 """Frames whose people are posed together: a quarter of the time each, a few MB in all."""
 
 
-def film(filming: Filming, stamps: IntArray, noise_seed: int, noise_preset: str) -> Film:
-    """The pictures of a static sensor at (n,) times, rendered when asked for."""
+def film(filming: Filming, stamps: IntArray, noise_seed: int, noise_preset: str, threads: int = 1) -> Film:
+    """The pictures of a static sensor at (n,) times, rendered when asked for; asked in order, by some threads ahead."""
     background = filming.background()
 
     @lru_cache(maxsize=1)
     def people(chunk: int) -> list[list[Person]]:
         return filming.people(stamps[chunk * POSED_AT_ONCE :][:POSED_AT_ONCE].tolist())
 
-    def patch(index: int) -> Patch:
+    def begin(index: int) -> Callable[[], Patch]:
         chunk, place = divmod(index, POSED_AT_ONCE)
-        return filming.patch(background, int(stamps[index]), people(chunk)[place])
+        return filming.begun(background, int(stamps[index]), people(chunk)[place])
 
     return Film(
         background,
         stamps,
-        patch,
+        Ahead(begin, len(stamps), threads),
         noise_seed,
         noise_preset,
         has_depth=filming.sensor.kind == "rgbd",

@@ -137,7 +137,7 @@ def differs(a: Picture, b: Picture) -> BoolArray:
     return _differs(a.rgb, a.depth_mm, a.instance, b.rgb, b.depth_mm, b.instance)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _differs(
     rgb: UInt8Array, depth: UInt16Array, ids: UInt16Array, rgb_b: UInt8Array, depth_b: UInt16Array, ids_b: UInt16Array
 ) -> BoolArray:

@@ -6,9 +6,9 @@ While a thing is not where it was at t0, people stand before the picture of the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property, reduce
+from functools import cache, cached_property, partial, reduce
 
 import numba
 import numpy as np
@@ -83,8 +83,14 @@ class Filming:
 
         people: as ``people`` gives them for that time, where they are at hand.
         """
+        return self.begun(background, timestamp_ns, people)()
+
+    def begun(
+        self, background: Picture, timestamp_ns: int, people: Sequence[Person] | None = None
+    ) -> Callable[[], Patch]:
+        """As ``patch``, with what needs the renderer done, and the rest left to any thread."""
         room, changed = self.room.picture(background, timestamp_ns)
-        return self.peopled(background, room, changed, timestamp_ns, self.lights, people)
+        return partial(self.peopled, background, room, changed, timestamp_ns, self.lights, people)
 
     def peopled(
         self, background: Picture, room: Picture, changed: Window | None, timestamp_ns: int, lights: Lighting,
@@ -188,7 +194,7 @@ def stand_before(picture: Picture, people: Layer) -> None:
     )  # fmt: skip
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _stand_before(
     rgb: UInt8Array, depth_mm: UInt16Array, instance: UInt16Array, light: FloatArray, coverage: FloatArray,
     depth_m: Float32Array, ids: UInt16Array, toned_light: FloatArray, decoded: FloatArray, encoded: UInt8Array,

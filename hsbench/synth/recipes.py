@@ -33,7 +33,8 @@ class Unit:
     """One unit of generation: a scene number and everything its episodes follow from.
 
     seeds: the node of (seed, scene number), the same for every recipe, so that one room can be filmed by several
-    sensors; frames: which pictures are made, see ``frame_step``; where none are, there is no renderer.
+    sensors; frames: which pictures are made, see ``frame_step``; where none are, there is no renderer. threads: of a
+    worker, that draw.
     """
 
     seeds: Seeds
@@ -41,6 +42,7 @@ class Unit:
     split: str
     frames: str
     renderer: Renderer | None
+    threads: int = 1
 
     @property
     def scene_id(self) -> str:

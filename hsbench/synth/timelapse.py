@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from hsbench.schema.sensor import Sensor
 from hsbench.synth.activities import Life, LifeConfig
 from hsbench.synth.activities.config import MOST_PEOPLE
 from hsbench.synth.activities.life import joined, stream
+from hsbench.synth.ahead import Ahead
 from hsbench.synth.assemble import affordance_of, poses_in, scene_in
 from hsbench.synth.config import settings
 from hsbench.synth.daylight import Day
@@ -139,7 +141,7 @@ def timelapse_episode(
         filming = Filming(scene, life.bodies, true, sensor, unit.renderer, Lighting(1.0), life.motions, life.held)
         turn = math.atan2(episode_T_scene[1, 0], episode_T_scene[0, 0])
         day = replace(day, north_rad=quantise_angle(day.north_rad + turn))
-        frames = film(filming, life.events, day, shown_ns, config.timelapse.image_noise, seeds)
+        frames = film(filming, life.events, day, shown_ns, config.timelapse.image_noise, seeds, unit.threads)
     return Episode(f"{dataset}-{unit.number:06d}", dataset, sensor, frames, observed, 0, end_ns, truth=truth)
 
 
@@ -154,8 +156,10 @@ def _at_times(block: Life, times_ns: IntArray) -> Life:
     return replace(block, poses=block.poses.select(kept), action=block.action[kept], held=held)
 
 
-def film(filming: Filming, events: EventTable, day: Day, times_ns: IntArray, image_noise: str, seeds: Seeds) -> Film:
-    """The pictures of a life at (n,) times. day: its north is in the episode frame."""
+def film(
+    filming: Filming, events: EventTable, day: Day, times_ns: IntArray, image_noise: str, seeds: Seeds, threads: int = 1
+) -> Film:
+    """The pictures of a life at (n,) times, by some threads ahead. day: its north is in the episode frame."""
     scene, sensor, seconds = filming.shown, filming.sensor, times_ns / NS_PER_S
     daylight = sources_of(scene)
     awake = awake_in_rooms(filming.poses, events, daylight, times_ns)
@@ -163,15 +167,17 @@ def film(filming: Filming, events: EventTable, day: Day, times_ns: IntArray, ima
     room = relit_room(filming.room, daylight, states, seconds)
     camera_xy = sensor.world_T_camera[:2, 3]
 
-    def patch(index: int) -> Patch:
+    def begin(index: int) -> Callable[[], Patch]:
         background, time_ns = room.background(index), int(times_ns[index])
         sources = states.sources(scene, daylight, index)
         exposure = room.day_exposure * float(room.light.exposure[index])
         lights = person_lighting(sources, camera_xy, exposure)
-        return filming.peopled(background, *room.picture(background, index, time_ns), time_ns, lights)
+        return partial(filming.peopled, background, *room.picture(background, index, time_ns), time_ns, lights)
 
     noise_seed = int(seeds.rng("image-noise").integers(2**62))
-    return Film(room.still, times_ns, patch, noise_seed, "none", False, image_noise, room.light)
+    return Film(
+        room.still, times_ns, Ahead(begin, len(times_ns), threads), noise_seed, "none", False, image_noise, room.light
+    )
 
 
 def awake_in_rooms(poses: PoseTable, events: EventTable, sources: Sources, times_ns: IntArray) -> BoolArray:

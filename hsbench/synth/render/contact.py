@@ -20,7 +20,7 @@ LEAST_COVERED = 0.025
 """A smaller share of the sky is not missed: two levels of 255 of a bright floor."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def shade(rgb: UInt8Array, left: FloatArray) -> None:
     """Leave to (h, w, 3) sRGB pixels, in place, (h, w) shares of their light."""
     for i in range(rgb.shape[0]):
@@ -32,7 +32,7 @@ def shade(rgb: UInt8Array, left: FloatArray) -> None:
                     rgb[i, j, c] = np.rint(rgb[i, j, c] * share)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def light_left(
     depth_m: AnyArray,
     rays: FloatArray,
@@ -81,7 +81,7 @@ def light_left(
     return left
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _packed(ends: FloatArray, radii: FloatArray) -> FloatArray:
     """(C, 17): low and high corner of what a capsule can shade, start, axis, axis / length^2, radius and its growth."""
     rows = np.empty((len(ends), 17))
@@ -100,7 +100,7 @@ def _packed(ends: FloatArray, radii: FloatArray) -> FloatArray:
     return rows
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _reach(radius: float) -> float:
     """Distance from the middle of a ball beyond which it covers less than LEAST_COVERED of the sky."""
     near, far = radius, radius + REACH_M
@@ -113,7 +113,7 @@ def _reach(radius: float) -> float:
     return far
 
 
-@numba.njit(cache=True, error_model="numpy", forceinline=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def _covered(x: float, y: float, z: float, capsules: FloatArray, k: int, least: float) -> float:
     """What a packed capsule covers of the sky over a point, or ``least`` where that is more."""
     ax, ay, az = x - capsules[k, 6], y - capsules[k, 7], z - capsules[k, 8]

@@ -78,7 +78,7 @@ def lamps_of(lights: Lighting, world_T_camera: FloatArray) -> Lamps:
     )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _set_up(
     vertices: FloatArray, triangles: Int32Array, colours: UInt8Array, linear: FloatArray, smooth: bool, from_above: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -123,6 +123,6 @@ def _set_up(
     return corners, edges, plane, normals, albedo
 
 
-@numba.njit(cache=True, error_model="numpy", inline="always")
+@numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float, out: FloatArray) -> None:
     out[0], out[1], out[2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx

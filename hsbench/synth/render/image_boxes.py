@@ -52,7 +52,7 @@ def _pixel_boxes(camera: Camera, low_px: FloatArray, high_px: FloatArray) -> Int
     return np.concatenate([first, end], axis=1).astype(np.int32)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _plane_boxes(corners: FloatArray) -> FloatArray:
     """(T, 4) least and greatest x / z and y / z of triangles, cut at z = NEAR_M: (x0, y0, x1, y1)."""
     boxes = np.empty((len(corners), 4))
@@ -74,7 +74,7 @@ def _plane_boxes(corners: FloatArray) -> FloatArray:
     return boxes
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _sphere_boxes(corners: FloatArray, width: int, height: int) -> Int32Array:
     boxes = np.empty((len(corners), 4), dtype=np.int32)
     for t in range(len(corners)):
@@ -127,7 +127,7 @@ def _bins(camera: Camera) -> tuple[FloatArray, FloatArray, Int32Array]:
     return low, per_unit, _bin_boxes(((xy - low) * per_unit).astype(np.int32), *(count + 1))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _bin_boxes(bins: Int32Array, columns: int, rows: int) -> Int32Array:
     """(rows, columns, 4) box of the pixels in each bin; bins: (h, w, 2) column and row of each pixel's."""
     boxes = np.zeros((rows, columns, 4), dtype=np.int32)
@@ -140,7 +140,7 @@ def _bin_boxes(bins: Int32Array, columns: int, rows: int) -> Int32Array:
     return boxes
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _binned_boxes(plane: FloatArray, low: FloatArray, per_unit: FloatArray, boxes: Int32Array) -> Int32Array:
     """(T, 4) boxes of all pixels in the bins that (T, 4) boxes of x / z and y / z meet."""
     found = np.zeros((len(plane), 4), dtype=np.int32)

@@ -135,7 +135,7 @@ def _nearest(
     return triangle, near
 
 
-@numba.njit(cache=True, error_model="numpy", inline="always")
+@numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _rows(matrix: FloatArray) -> tuple[tuple[float, float, float], ...]:
     """The rows of a (3, 3) matrix as floats, which compiled loops keep in registers."""
     return (
@@ -145,7 +145,7 @@ def _rows(matrix: FloatArray) -> tuple[tuple[float, float, float], ...]:
     )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _draw(
     facets: Facets, rays: FloatArray, u0: int, v0: int, limit: float, triangle: Int32Array, near: FloatArray
 ) -> None:
@@ -166,7 +166,7 @@ def _draw(
                         near[v - v0, u - u0], triangle[v - v0, u - u0] = found, t
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _draw_samples(
     facets: Facets, slots: Int32Array, rays: FloatArray, corner: tuple[int, int], image_width: int, limit: float,
     triangle: Int32Array, near: FloatArray,
@@ -192,7 +192,7 @@ def _draw_samples(
                             near[k, s], triangle[k, s] = found, t
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _shade(
     triangle: Int32Array, near: FloatArray, rays: FloatArray, facets: Facets, lamps: Lamps, from_above: bool,
     light: FloatArray,
@@ -232,7 +232,7 @@ def _shade(
                 light[i, j, c] = facets.albedo[t, c] * total[c]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _edges(triangle: Int32Array, near: FloatArray, from_above: bool) -> tuple[Int32Array, IntArray]:
     """(h, w) number of each edge pixel, -1 for others, and their (K, 2) rows and columns.
 
@@ -263,7 +263,7 @@ def _edges(triangle: Int32Array, near: FloatArray, from_above: bool) -> tuple[In
     return slots, pixels
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _rays_around(rays: FloatArray, pixels: IntArray, offsets: FloatArray) -> FloatArray:
     """(K, S, 3) rays at (S, 2) offsets (u, v) from the centres of (K, 2) pixels (row, column).
 
@@ -282,7 +282,7 @@ def _rays_around(rays: FloatArray, pixels: IntArray, offsets: FloatArray) -> Flo
     return found
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _average(
     pixels: IntArray, triangle: Int32Array, fine_light: FloatArray, light: FloatArray, coverage: FloatArray
 ) -> None:
@@ -302,7 +302,7 @@ def _limit(camera: Camera) -> float:
     return math.inf if isinstance(camera, TopDownCamera) else 1.0 / NEAR_M
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _nearness(depth_m: AnyArray, from_above: bool) -> FloatArray:
     """(h, w) nearness of depths, least where nothing is."""
     near: FloatArray = np.empty(depth_m.shape)
@@ -313,7 +313,7 @@ def _nearness(depth_m: AnyArray, from_above: bool) -> FloatArray:
     return near
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _depth_and_ids(
     triangle: Int32Array, near: FloatArray, mesh_ids: UInt16Array, from_above: bool
 ) -> tuple[Float32Array, UInt16Array]:

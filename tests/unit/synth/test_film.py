@@ -17,6 +17,7 @@ from hsbench.io.frame_store import Film, Picture
 from hsbench.io.images import depth_to_mm
 from hsbench.schema import KINECT_V2, Part, PoseTable, Room, Scene, SceneObject, Sensor
 from hsbench.schema.scene import PERSON_ID_OFFSET
+from hsbench.synth import assemble
 from hsbench.synth.assemble import film
 from hsbench.synth.film import Filming, room_lighting, stand_before
 from hsbench.synth.people import Body, body_mesh
@@ -298,9 +299,11 @@ def test_nobody_in_view_gives_an_empty_patch(filming: Filming, stamp: int) -> No
         assert np.array_equal(getattr(composed, name), getattr(background, name))
 
 
-def test_frames_in_any_order_are_the_same(filming: Filming) -> None:
-    film = film_of(filming, [0, 1, 2])
-    forwards, backwards = [film.picture(i) for i in (0, 1, 2)], [film.picture(i) for i in (2, 1, 0)][::-1]
+def test_frames_in_any_order_and_by_any_number_of_threads_are_the_same(filming: Filming) -> None:
+    stamps = np.array([0, 1, 2, 0, 2, 1] * 5, dtype=np.int64)
+    alone, ahead = (assemble.film(filming, stamps, 0, "none", threads) for threads in (1, 3))
+    forwards = [ahead.picture(k) for k in range(len(stamps))]
+    backwards = [alone.picture(k) for k in reversed(range(len(stamps)))][::-1]
     for a, b in zip(forwards, backwards, strict=True):
         for name in ("rgb", "depth_mm", "instance"):
             assert np.array_equal(getattr(a, name), getattr(b, name))
