@@ -1,7 +1,7 @@
 """The boundary a method estimates for itself: a rectangle along the walls, from depth and tracked joints.
 
-hsbench default: the yaw of the walls is the 90-degree-periodic mean of the surface normals' directions; the sides are
-the 1st and 99th percentile of the points, grown so that every tracked joint lies inside.
+hsbench default: the yaw of the walls is the one along which the points are sharpest; the sides are the 1st and 99th
+percentile of the points, grown so that every tracked joint lies inside.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from hsbench.schema.sensor import Sensor
 from hsbench.typing import AnyArray, BoolArray, FloatArray
 
 PERCENTILES = (1.0, 99.0)
-STRIDE_PX = 4  # normals over a few pixels drown less in depth noise
-MIN_WALL_HEIGHT_M = 0.1  # floor points say nothing of walls
-LEVEL_NORMAL = 0.3  # |n_z| below it: a vertical surface
+MIN_WALL_HEIGHT_M = 0.15  # floor points say nothing of walls
+BIN_M = 0.05  # of the histograms across walls: about the depth noise of a far wall
+COARSE_DEG, FINE_DEG = 1.0, 0.1
+FINE_BIN_M = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,7 @@ def estimate_boundary(sensor: Sensor, depth_m: AnyArray, poses: PoseTable | None
     """
     points = apply(sensor.world_T_camera, sensor.camera.unproject(depth_m))
     valid = np.asarray(depth_m) > 0
-    yaw = wall_yaw(points, valid)
+    yaw = wall_yaw(points[valid])
     known = [points[valid][:, :2]]
     if poses is not None and poses.joints_m is not None:
         known.append(poses.joints_m[poses.joint_state == JointState.TRACKED][:, :2].astype(np.float64))
@@ -78,24 +79,35 @@ def estimate_boundary(sensor: Sensor, depth_m: AnyArray, poses: PoseTable | None
     return Boundary(yaw, low, high)
 
 
-def wall_yaw(points: FloatArray, valid: BoolArray) -> float:
-    """Yaw of the walls in radians, modulo 90 degrees, from organised points (h, w, 3) in the z-up episode frame.
+def wall_yaw(points: FloatArray) -> float:
+    """Yaw of the walls in radians, in [-45, 45) degrees, from (N, 3) points in the z-up episode frame.
 
-    Normals are cross products of neighbours ``STRIDE_PX`` apart; the mean direction is that of exp(4 i yaw).
+    Seen along a wall, its points fall into few bins of a histogram across it: the yaw with the greatest sum of squared
+    counts along both axes wins. Every voxel counts once, so that what is near has no more say than what is far. Depth
+    noise, which bends single normals towards the camera, does not move it.
     """
-    step = STRIDE_PX
-    across = points[::step, step::step] - points[::step, :-step:step]
-    down = points[step::step, ::step] - points[:-step:step, ::step]
-    rows, columns = min(len(across), len(down)), min(across.shape[1], down.shape[1])
-    normals = np.cross(across[:rows, :columns], down[:rows, :columns])
-    length = np.linalg.norm(normals, axis=-1)
-    coarse = valid[::step, ::step]
-    whole = coarse[:rows, :columns] & coarse[1 : rows + 1, :columns] & coarse[:rows, 1 : columns + 1]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        unit = normals / length[..., None]
-    height = points[::step, ::step][:rows, :columns, 2]
-    walls = whole & (length > 0) & (np.abs(unit[..., 2]) < LEVEL_NORMAL) & (height > MIN_WALL_HEIGHT_M)
-    if not walls.any():
+    high = points[points[:, 2] > MIN_WALL_HEIGHT_M]
+    if not len(high):
         return 0.0
-    angle = np.arctan2(unit[walls][:, 1], unit[walls][:, 0])
-    return float(np.angle(np.exp(4j * angle).mean()) / 4)
+    voxels, voxel = np.unique(np.floor(high / BIN_M).astype(np.int64), axis=0, return_inverse=True)
+    _, column = np.unique(voxels[:, :2], axis=0, return_inverse=True)
+    height, points_of = np.bincount(column), column[voxel.ravel()]
+    sums: FloatArray = np.stack([np.bincount(points_of, weights=high[:, axis]) for axis in range(2)], axis=1)
+    plan: FloatArray = sums / np.bincount(points_of)[:, None]
+
+    def sharpness(yaw: float, bin_m: float) -> float:
+        c, s = np.cos(yaw), np.sin(yaw)
+        return _sharpness(plan @ np.array([c, s]), height, bin_m) + _sharpness(plan @ np.array([-s, c]), height, bin_m)
+
+    yaw = max(np.deg2rad(np.arange(-45.0, 45.0, COARSE_DEG)), key=lambda yaw: sharpness(yaw, BIN_M))
+    nearby = yaw + np.deg2rad(np.arange(-COARSE_DEG, COARSE_DEG, FINE_DEG))
+    return float(max(nearby, key=lambda yaw: sharpness(yaw, FINE_BIN_M)))
+
+
+def _sharpness(along: FloatArray, weight: AnyArray, bin_m: float) -> float:
+    """Sum of squares of a histogram; each count is shared between the two nearest bins, wherever these begin."""
+    scaled = (along - along.min()) / bin_m
+    low = np.floor(scaled).astype(np.int64)
+    upper = (scaled - low) * weight
+    counts = np.bincount(np.r_[low, low + 1], weights=np.r_[weight - upper, upper])
+    return float((counts**2).sum())

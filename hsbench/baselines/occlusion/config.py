@@ -38,3 +38,54 @@ class CarveConfig:
     sit_clear_m: float = 0.85
     seat_height_m: float = 0.45
     pelvis_over_seat_m: float = 0.10
+
+
+@dataclass(frozen=True)
+class CuboidConfig:
+    """Defaults of hsbench for cuboid candidates and their choice; lengths in metres, costs in voxels.
+
+    Room: voxels of ``voxel_m`` up to ``height_m``; furniture is above ``floor_m``, farther than ``wall_m`` from the
+    boundary, and not below surface that is higher than ``furniture_top_m``.
+    Faces: at least ``least_face_voxels``; rows at an end that are filled less than ``end_fill`` of the fullest are cut.
+    Candidates: layers that are free by more than ``free_share`` end a box; what ends within ``near_floor_m`` of the
+    floor stands on it; faces meet within ``meet_voxels`` where they share ``meet_share`` of the shorter; depths behind
+    a side are tried from ``usual_depths_m``; parts below each of ``part_levels_m`` have ``least_part_voxels``; backs of
+    seats rise by ``backs_m``; sides are between ``least_m`` and ``most_m``, the longest over ``longest_least_m``.
+    Of candidates with an IoU above ``same_iou`` the cheapest stays, ``most_candidates`` in all.
+    Program: a box costs ``free_cost`` a voxel of free space in it, ``face_cost`` a voxel of side without a face behind
+    it, and ``box_cost``; it gains the weight of what it covers, each voxel once. Two may not share more than
+    ``exclusion`` of the smaller; what they share above ``least_overlap`` costs ``overlap_cost`` a voxel. HiGHS stops
+    at ``gap`` or after ``limit_s`` seconds.
+    """
+
+    voxel_m: float = 0.05
+    height_m: float = 2.4
+    floor_m: float = 0.05
+    wall_m: float = 0.10
+    furniture_top_m: float = 2.15
+    least_face_voxels: int = 20
+    end_fill: float = 0.3
+    free_share: float = 0.5
+    near_floor_m: float = 0.3
+    meet_voxels: int = 3
+    meet_share: float = 0.5
+    usual_depths_m: tuple[float, ...] = (0.3, 0.45, 0.6, 0.9)
+    part_levels_m: tuple[float, ...] = (0.5, 0.8, 1.2, 2.4)
+    least_part_voxels: int = 64
+    backs_m: tuple[float, ...] = (0.0, 0.4)
+    least_m: float = 0.1
+    longest_least_m: float = 0.3
+    most_m: float = 3.0
+    same_iou: float = 0.9
+    most_candidates: int = 400
+    free_cost: float = 0.3
+    face_cost: float = 0.2
+    box_cost: float = 40.0
+    surface_weight: float = 1.0
+    support_weight: float = 1.0
+    hidden_weight: float = 0.5
+    exclusion: float = 0.1
+    least_overlap: float = 0.01
+    overlap_cost: float = 0.5
+    gap: float = 0.01
+    limit_s: float = 10.0
