@@ -82,6 +82,7 @@ FILES = (
     _Files("activity-maps", "inputs/activity_maps.npz", False),
     _Files("pictures", "inputs/frames/*", False),
     _Files("recordings", "recording/patches.parquet", True),
+    _Files("recorded-pixels", "recording/patches.zst", True),
     _Files("backgrounds", "recording/*.png", True),
     _Files("scenes", "truth/scene.json", True),
     _Files("scene-geometry", "truth/scene.npz", True),

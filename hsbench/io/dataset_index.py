@@ -48,6 +48,13 @@ def unit_folders(root: Path) -> list[Path]:
     return sorted(p for p in folder.iterdir() if p.is_dir() and not p.name.startswith("."))
 
 
+def require_outside(path: str | Path) -> None:
+    """Raise DataError where ``path`` lies inside of a data set: its manifests vouch for every file there."""
+    for folder in Path(path).resolve().parents:
+        if (folder / DATASET_FILE).is_file() and (folder / EPISODES_FOLDER).is_dir():
+            raise DataError(f"{path} lies inside of the data set {folder}; choose a place outside of it")
+
+
 def write_index(root: Path) -> None:
     """Write ``episodes.parquet``, ``croissant.json`` and ``manifest.json`` from the units that are there."""
     units = unit_folders(root)
@@ -108,18 +115,20 @@ def file_faults(root: Path) -> list[FileFault]:
     listed = _read_manifest(root / MANIFEST_FILE)
     faults = []
     for name, digest in listed.items():
-        if not (root / name).is_file():
-            faults.append(FileFault(name, "missing", f"{name} is missing"))
+        path = root / name
+        if not path.is_file():
+            gone = path.relative_to(root) if path.parent.is_dir() else path.parent.relative_to(root)
+            faults.append(FileFault(gone.as_posix(), "missing", f"{gone.as_posix()}: missing"))
         elif (fault := changed(root, name, digest)) is not None:
-            faults.append(replace(fault, text=f"{name} has changed since the data set was made"))
+            faults.append(fault)
     for place in (root, root / EPISODES_FOLDER):
         files = sorted(p.relative_to(root).as_posix() for p in place.iterdir() if not p.is_dir())
         extra = (name for name in files if name not in {*listed, MANIFEST_FILE})
-        faults += [FileFault(name, "extra", f"{name} is not in {MANIFEST_FILE}") for name in extra]
+        faults += [FileFault(name, "extra", f"{name}: extra, not in {MANIFEST_FILE}") for name in extra]
     for unit in unit_folders(root):
         name = f"{EPISODES_FOLDER}/{unit.name}"
         if f"{name}/{MANIFEST_FILE}" not in listed:
-            faults.append(FileFault(name, "extra", f"{name} is not in {MANIFEST_FILE} (was it added by hand?)"))
+            faults.append(FileFault(name, "extra", f"{name}: extra, not in {MANIFEST_FILE} (was it added by hand?)"))
         elif (unit / MANIFEST_FILE).is_file():
             faults += unit_faults(unit)
     return faults

@@ -4,7 +4,8 @@
     inputs/               poses.parquet, activity_maps.npz, frames/ (imported images or video)
     recording/            pictures of a static camera as background and patches (generated, open splits)
     truth/                scene.json + scene.npz, poses.parquet + match.parquet, events.parquet, motions.parquet,
-                          occupancy.json + occupancy.npz, objects.parquet, affordance.npz, view_affordance.png
+                          occupancy.json + occupancy.npz, objects.parquet, affordance.npz, view_affordance.png,
+                          frames/ (labels that somebody drew into imported images)
     index.json            the episode's row of its data set's index: scene, split, counts
     manifest.json         sha256 of every file above
 
@@ -34,6 +35,7 @@ from hsbench.io.frame_store import (
 )
 from hsbench.io.image_frames import ImageFrames, write_frames
 from hsbench.io.images import read_uint8, write_png
+from hsbench.io.pixel_labels import LABELS_FILE, PixelLabels, read_pixel_labels, write_pixel_labels
 from hsbench.io.strict_json import read_json
 from hsbench.schema import SCHEMA_VERSION, codec
 from hsbench.schema.categories import CATEGORIES
@@ -126,9 +128,13 @@ def _check_storable(episode: Episode) -> None:
                 f"expected the scene's {described}"
             )
     if truth.frames is not None and not isinstance(episode.frames, Film | RecordingFrames):
-        raise SchemaError(
-            f"episode {episode.episode_id} has truth of frames that are no recording; expected it to follow from one"
-        )
+        if not isinstance(truth.frames, PixelLabels):
+            raise SchemaError(
+                f"episode {episode.episode_id} has truth of frames that are no recording; expected it to follow from"
+                " one, or labels of pixels"
+            )
+        if len(episode.frames) and list(truth.frames.timestamps_ns) != episode.frames.timestamps_ns.tolist():
+            raise SchemaError(f"episode {episode.episode_id} has labels of other frames; expected its own time stamps")
 
 
 def _write_truth(folder: Path, truth: EpisodeTruth) -> None:
@@ -153,6 +159,8 @@ def _write_truth(folder: Path, truth: EpisodeTruth) -> None:
         write_json(folder / "sensor.json", codec.sensor_to_json(truth.sensor))
     if truth.view_affordance is not None:
         write_png(folder / "view_affordance.png", truth.view_affordance)
+    if isinstance(truth.frames, PixelLabels):
+        write_pixel_labels(folder / "frames", truth.frames)
     if truth.affordance is not None:
         write_npz(folder / "affordance.npz", **codec.affordance_to_arrays(truth.affordance))
 
@@ -175,6 +183,9 @@ def read_episode(
     try:
         version = descriptor.get("schema_version")
         descriptor = codec.exact_keys(migrated_episode(descriptor), "episode", DESCRIPTOR_KEYS)
+        for name in ("t0_ns", "end_ns"):
+            if type(descriptor[name]) is not int:
+                raise SchemaError(f"{name} is {descriptor[name]!r}; expected whole nanoseconds")
         poses = _optional(folder / "inputs" / "poses.parquet", lambda p: codec.poses_from_table(read_parquet(p)))
         maps = _optional(
             folder / "inputs" / "activity_maps.npz", lambda p: codec.activity_maps_from_arrays(load_npz(p))
@@ -223,7 +234,7 @@ def _read_truth(folder: Path, version: object, recorded: bool) -> EpisodeTruth:
         root / "scene.json",
         lambda p: codec.scene_from_plain(migrated_scene(read_json(p), version), load_npz(p.with_suffix(".npz"))),
     )
-    frames: FramesTruth | None = None
+    frames: FramesTruth | None = _optional(root / "frames" / LABELS_FILE, lambda p: read_pixel_labels(p.parent))
     if recorded and scene is not None:
         frames = RecordingTruth(Recording(folder / "recording"), category_of_instance(scene))
     return EpisodeTruth(

@@ -25,6 +25,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from hsbench.errors import DataError
+from hsbench.io.decoding import complaint, heard
 from hsbench.io.images import depth_from_mm, depth_to_mm, encode_jpeg, read_rgb, read_uint16, write_png
 from hsbench.schema.episode import Frame, Frames
 from hsbench.typing import AnyArray, IntArray, UInt8Array
@@ -39,7 +40,7 @@ JPEG_QUALITY = 95  # OpenCV's default; the loss is below that of the video it co
 READ_ON = 64  # frames: so near ahead, decoding on is quicker than seeking to the last key frame
 MAX_SIDE_PX = 8192  # 8K
 ONE_THREAD = [cv2.CAP_PROP_N_THREADS, 1]  # a forked process that frees a decoder would wait for its threads for ever
-QUIET = "-8"  # AV_LOG_QUIET: what FFmpeg finds wrong is said by our own errors
+ERRORS = "16"  # AV_LOG_ERROR: what FFmpeg finds wrong goes into our own errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,15 +110,16 @@ class VideoDecoder:
 
     def frame(self, number: int) -> UInt8Array:
         """(h, w, 3) uint8 rgb of a frame by its number. Raises DataError if it cannot be decoded."""
-        if not self._next <= number <= self._next + READ_ON:
-            self._capture.set(cv2.CAP_PROP_POS_FRAMES, number)
-            self._next = number
-        while self._next < number and self._capture.grab():
-            self._next += 1
-        done, picture = self._capture.read() if self._next == number else (False, None)
+        with heard() as lines:
+            if not self._next <= number <= self._next + READ_ON:
+                self._capture.set(cv2.CAP_PROP_POS_FRAMES, number)
+                self._next = number
+            while self._next < number and self._capture.grab():
+                self._next += 1
+            done, picture = self._capture.read() if self._next == number else (False, None)
         if not done or picture is None:
             self._next = -READ_ON - 1  # where the decoder stands is not known: seek next time
-            raise DataError(f"{self.path} frame {number} cannot be decoded (an incomplete copy?)")
+            raise DataError(f"{self.path} frame {number} cannot be decoded{complaint(lines)} (an incomplete copy?)")
         self._next += 1
         return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
@@ -128,11 +130,13 @@ def open_video(path: Path) -> cv2.VideoCapture:
         raise DataError(f"{path} is missing or no file; expected a video")
     if path.suffix.lower() not in VIDEO_ENDINGS:
         raise DataError(f"{path}: expected a video that ends in {', '.join(VIDEO_ENDINGS)}")
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", QUIET)
-    capture = cv2.VideoCapture(str(path.resolve()), cv2.CAP_FFMPEG, ONE_THREAD)
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", ERRORS)
+    with heard() as lines:
+        capture = cv2.VideoCapture(str(path.resolve()), cv2.CAP_FFMPEG, ONE_THREAD)
     width, height = (capture.get(p) for p in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
     if not capture.isOpened():
-        raise DataError(f"{path} is no readable video (an incomplete copy, or a codec that FFmpeg lacks?)")
+        hint = "an incomplete copy, or a codec that FFmpeg lacks?"
+        raise DataError(f"{path} is no readable video{complaint(lines)} ({hint})")
     if not 0 < max(width, height) <= MAX_SIDE_PX:
         raise DataError(f"{path} has pictures of {width:g} x {height:g} px; expected 1 to {MAX_SIDE_PX:,} a side")
     return capture

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from hsbench.errors import DataError
+from hsbench.io.decoding import decode_image
 from hsbench.typing import AnyArray, Float32Array, UInt8Array, UInt16Array
 
 MM_PER_M = 1000.0
@@ -16,17 +17,13 @@ MAX_DEPTH_MM = 65535  # uint16
 
 def read_rgb(path: Path) -> UInt8Array:
     """(h, w, 3) uint8 rgb. Raises DataError if the file is no readable colour image."""
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise DataError(f"{path} is missing or no readable image")
+    image = _decoded(path, cv2.IMREAD_COLOR)
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
 def read_uint16(path: Path) -> UInt16Array:
     """(h, w) uint16. Raises DataError for anything but a one-channel 16-bit image."""
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    if image is None:
-        raise DataError(f"{path} is missing or no readable image")
+    image = _decoded(path, cv2.IMREAD_UNCHANGED)
     if image.dtype != np.uint16 or image.ndim != 2:
         raise DataError(
             f"{path} is {image.dtype} with shape {image.shape}; expected one 16-bit channel (was it saved as 8 bit?)"
@@ -36,9 +33,7 @@ def read_uint16(path: Path) -> UInt16Array:
 
 def read_uint8(path: Path) -> UInt8Array:
     """(h, w) uint8. Raises DataError for anything but a one-channel 8-bit image."""
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    if image is None:
-        raise DataError(f"{path} is missing or no readable image")
+    image = _decoded(path, cv2.IMREAD_UNCHANGED)
     if image.dtype != np.uint8 or image.ndim != 2:
         raise DataError(f"{path} is {image.dtype} with shape {image.shape}; expected one 8-bit channel")
     return np.asarray(image, dtype=np.uint8)
@@ -69,6 +64,13 @@ def depth_to_mm(depth_m: AnyArray) -> UInt16Array:
 def depth_from_mm(depth_mm: UInt16Array) -> Float32Array:
     """uint16 millimetres -> float32 metres, each the nearest to the quotient."""
     return depth_mm.astype(np.float32) / np.float32(MM_PER_M)
+
+
+def _decoded(path: Path, flags: int) -> AnyArray:
+    image, complaint = decode_image(path, flags)
+    if image is None:
+        raise DataError(f"{path} is missing or no readable image{complaint}")
+    return image
 
 
 def _encode(suffix: str, image: AnyArray, options: list[int]) -> bytes:

@@ -7,6 +7,7 @@ in training here and in test there.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from hsbench.errors import DataError
 from hsbench.io.resources import resource
@@ -40,7 +41,11 @@ class Splits:
 
 def read_splits(dataset: str, version: str = "v0") -> Splits:
     """The splits of a data set. Raises DataError if there are none or the file is damaged."""
-    path = resource("splits") / dataset / f"{version}.json"
+    return splits_in(resource("splits") / dataset / f"{version}.json")
+
+
+def splits_in(path: Path) -> Splits:
+    """The splits that a file tells. Raises DataError where it is missing or damaged."""
     value = read_json(path)
     try:
         first = value["first_scene"]

@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable
 
 
-def best_s(call: Callable[[], object], rounds: int) -> float:
-    """Seconds of the fastest of ``rounds`` calls."""
+def best_s(call: Callable[[], object], rounds: int, clock: Callable[[], float] = time.perf_counter) -> float:
+    """Seconds of the fastest of ``rounds`` calls, on the wall or by another clock."""
     seconds = []
     for _ in range(rounds):
-        start = time.perf_counter()
+        start = clock()
         call()
-        seconds.append(time.perf_counter() - start)
+        seconds.append(clock() - start)
     return min(seconds)
 
 

@@ -109,7 +109,7 @@ def test_a_changed_file_cannot_hide_behind_a_changed_manifest(rgbd_copy: Path) -
     inner["episode.json"] = sha256(unit / "episode.json")
     (unit / "manifest.json").write_text(json.dumps(inner))
     (fault,) = verify_files(rgbd_copy)
-    assert fault.startswith(f"episodes/{unit.name}/manifest.json has changed")
+    assert fault.startswith(f"episodes/{unit.name}/manifest.json: changed, ")
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", '{"a": 1}', "{"])

@@ -19,8 +19,6 @@ from hypothesis import strategies as st
 import hsbench
 from hsbench.errors import DataError
 from hsbench.io.frame_store import (
-    PATCH_SCHEMA,
-    STAMPS_KEY,
     Film,
     Patch,
     Picture,
@@ -29,6 +27,7 @@ from hsbench.io.frame_store import (
     RecordingTruth,
     write_recording,
 )
+from hsbench.io.patch_table import PATCH_SCHEMA
 from hsbench.schema.episode import Frames, FramesTruth
 
 FIELDS = ("rgb", "depth_mm", "instance")
@@ -180,7 +179,7 @@ def exercise(folder: Path) -> list[Picture]:
     return [recording.background, *(recording.picture(k) for k in range(len(recording.timestamps_ns)))]
 
 
-@pytest.mark.parametrize("name", ["patches.parquet", "background_rgb.png", "background_depth.png"])
+@pytest.mark.parametrize("name", ["patches.parquet", "patches.zst", "background_rgb.png", "background_depth.png"])
 def test_a_missing_file_is_named(recorded: tuple[Recording, Film, list[Patch]], name: str) -> None:
     folder = recorded[0].folder
     (folder / name).unlink()
@@ -188,21 +187,21 @@ def test_a_missing_file_is_named(recorded: tuple[Recording, Film, list[Patch]], 
         exercise(folder)
 
 
-def test_any_cut_of_the_table_is_named(recorded: tuple[Recording, Film, list[Patch]]) -> None:
-    folder = recorded[0].folder
-    path = folder / "patches.parquet"
+@pytest.mark.parametrize("name", ["patches.parquet", "patches.zst"])
+def test_any_cut_is_named(recorded: tuple[Recording, Film, list[Patch]], name: str) -> None:
+    path = recorded[0].folder / name
     whole = path.read_bytes()
     for kept in [0, 1, 4, 100, *range(len(whole) // 7, len(whole), len(whole) // 7), len(whole) - 1]:
         path.write_bytes(whole[:kept])
-        with pytest.raises(DataError, match=r"patches\.parquet"):
-            exercise(folder)
+        with pytest.raises(DataError, match=name):
+            exercise(path.parent)
 
 
+@pytest.mark.parametrize("name", ["patches.parquet", "patches.zst"])
 def test_a_damaged_byte_is_an_error_in_one_line_or_changes_nothing_but_pixels(
-    recorded: tuple[Recording, Film, list[Patch]],
+    recorded: tuple[Recording, Film, list[Patch]], name: str
 ) -> None:
-    folder = recorded[0].folder
-    path = folder / "patches.parquet"
+    path = recorded[0].folder / name
     whole = path.read_bytes()
     rng = np.random.default_rng(0)
     errors = []
@@ -211,58 +210,86 @@ def test_a_damaged_byte_is_an_error_in_one_line_or_changes_nothing_but_pixels(
         damaged[at] ^= int(rng.integers(1, 256))
         path.write_bytes(damaged)
         try:
-            pictures = exercise(folder)
+            pictures = exercise(path.parent)
         except DataError as error:
             errors.append(str(error))
         else:
             assert all(p.rgb.shape == (30, 40, 3) for p in pictures)
     assert len(errors) > 20
-    assert all("patches.parquet" in e and len(e.splitlines()) == 1 for e in errors)
+    assert all("patches." in e and len(e.splitlines()) == 1 for e in errors)
 
 
-ROW = {
-    "frame": 0, "timestamp_ns": 0, "row": 1, "column": 1, "height": 1, "width": 3, "mask": b"\x05",
-    "rgb": bytes(6), "depth_mm": bytes(4), "instance": bytes(4),
-}  # fmt: skip
+def rewritten(folder: Path, **columns: list[int | None]) -> None:
+    """The table of a recording with other values in some columns."""
+    table = pq.read_table(folder / "patches.parquet").to_pydict()
+    pq.write_table(pa.Table.from_pydict(table | columns, schema=PATCH_SCHEMA), folder / "patches.parquet")
+
+
+@pytest.fixture
+def one(tmp_path: Path) -> Path:
+    """A recording of one patch, of two pixels of three in a row."""
+    rng = np.random.default_rng(2)
+    patch = Patch(0, 1, 1, np.array([[True, False, True]]), picture(rng, 1, 3))
+    write_recording(tmp_path, picture(rng, 30, 40), [patch])
+    return tmp_path
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"rgb": bytes(5)},
-        {"rgb": bytes(9)},
-        {"depth_mm": bytes(2)},
-        {"depth_mm": bytes(3)},
-        {"instance": b""},
-        {"mask": b"\x07"},
-        {"mask": b"\x05\x00"},
-        {"mask": b"\x05", "height": 3},  # nine pixels take two bytes
-        {"mask": None},
-        {"rgb": None},
-        {"row": 29, "height": 3},
-        {"row": -1},
-        {"column": 40},
-        {"height": -1},
-        {"width": None},
+        {"pixels": 1},
+        {"pixels": 3},
+        {"pixels": 1201},
+        {"pixels": -1},
+        {"pixels": 2**31 - 1},
+        {"runs": 2},
+        {"runs": 3},
+        {"runs": 6},
+        {"runs": -2},
+        {"runs": 2**31 - 1},
+        {"runs": 0, "pixels": 0},
     ],
 )
-def test_a_row_that_does_not_fit_is_an_error_of_its_frame(
-    recorded: tuple[Recording, Film, list[Patch]], wrong: dict[str, object]
-) -> None:
-    folder = recorded[0].folder
-    good = pa.Table.from_pylist([ROW], schema=PATCH_SCHEMA)
-    pq.write_table(good, folder / "patches.parquet")
-    assert len(exercise(folder)) == 2
-    pq.write_table(pa.Table.from_pylist([{**ROW, **wrong}], schema=PATCH_SCHEMA), folder / "patches.parquet")
-    with pytest.raises(DataError, match=r"patches\.parquet frame 0"):
-        exercise(folder)
+def test_a_row_that_does_not_fit_is_an_error_of_its_frame(one: Path, wrong: dict[str, int]) -> None:
+    assert len(exercise(one)) == 2
+    rewritten(one, **{name: [value] for name, value in wrong.items()})
+    with pytest.raises(DataError, match=r"patches\.zst frame 0"):
+        exercise(one)
+
+
+def test_runs_that_leave_the_picture_are_an_error_of_their_frame(one: Path) -> None:
+    """The same bytes on another background."""
+    smaller = picture(np.random.default_rng(0), 1, 40)
+    other = one / "other"
+    other.mkdir()
+    write_recording(other, smaller, [])
+    for name in ("background_rgb.png", "background_depth.png", "background_instance.png"):
+        (other / name).replace(one / name)
+    with pytest.raises(DataError, match=r"patches\.zst frame 0 cannot be read: runs name 2 pixels up to 44"):
+        exercise(one)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"start": 1}, "do not follow on one another"),
+        ({"size": -1}, "do not follow on one another"),
+        ({"size": 1}, r"patches\.zst has \d+ bytes; expected the 1 of patches\.parquet"),
+        ({"pixels": None}, "column pixels has 1 nulls"),
+        ({"timestamp_ns": None}, "column timestamp_ns has 1 nulls"),
+    ],
+)
+def test_a_table_that_does_not_fit_its_pixels_is_refused(one: Path, wrong: dict[str, int | None], words: str) -> None:
+    rewritten(one, **{name: [value] for name, value in wrong.items()})
+    with pytest.raises(DataError, match=words):
+        exercise(one)
 
 
 def test_other_columns_are_refused_and_named(recorded: tuple[Recording, Film, list[Patch]]) -> None:
     folder = recorded[0].folder
     table = pq.read_table(folder / "patches.parquet")
     for wrong in (
-        table.drop_columns(["mask"]),
+        table.drop_columns(["pixels"]),
         table.rename_columns([f"x{n}" for n in table.column_names]),
         table.set_column(0, "frame", table["frame"].cast(pa.int64())),
     ):
@@ -271,22 +298,8 @@ def test_other_columns_are_refused_and_named(recorded: tuple[Recording, Film, li
             exercise(folder)
 
 
-@pytest.mark.parametrize(("listed", "words"), [("1 2 x", "expected whole numbers"), ("1 2", "has 2 numbers")])
-def test_time_stamps_of_the_metadata_fit_the_table(tmp_path: Path, listed: str, words: str) -> None:
-    rng = np.random.default_rng(3)
-    write_recording(tmp_path, picture(rng, 30, 40), patches(rng, 30, 40, 6))
-    path = tmp_path / "patches.parquet"
-    whole = pq.read_table(path)
-    assert Recording(tmp_path).timestamps_ns.tolist() == whole["timestamp_ns"].to_pylist()
-
-    def rewritten(metadata: dict[str, str] | None) -> Recording:
-        with pq.ParquetWriter(path, PATCH_SCHEMA) as writer:
-            for batch in whole.to_batches(max_chunksize=1):
-                writer.write_batch(batch)
-            if metadata is not None:
-                writer.add_key_value_metadata(metadata)
-        return Recording(tmp_path)
-
-    assert rewritten(None).timestamps_ns.tolist() == whole["timestamp_ns"].to_pylist()
-    with pytest.raises(DataError, match=words):
-        _ = rewritten({STAMPS_KEY: listed}).timestamps_ns
+def test_a_recording_without_a_frame(tmp_path: Path) -> None:
+    background = picture(np.random.default_rng(0), 4, 5)
+    write_recording(tmp_path, background, [])
+    assert len(Recording(tmp_path).timestamps_ns) == 0
+    assert same(Recording(tmp_path).background, background)

@@ -141,9 +141,9 @@ def test_steps_leave_what_they_are_given_as_it_is(old: Path) -> None:
     assert migrated_scene(present, SCHEMA_VERSION) is present
 
 
-@pytest.mark.parametrize("version", ["0.4", "0.10", "1.0", "10.0"])
+@pytest.mark.parametrize("version", ["0.5", "0.10", "1.0", "10.0"])
 def test_a_newer_version_asks_for_a_newer_hsbench(version: str) -> None:
-    with pytest.raises(SchemaError, match=rf"schema_version is '{version}'; expected '0\.3'.*upgrade hsbench"):
+    with pytest.raises(SchemaError, match=rf"schema_version is '{version}'; expected '0\.4'.*upgrade hsbench"):
         steps_from(version)
 
 
