@@ -2,10 +2,10 @@
 
     python docs/examples/exploring_coverage.py 10
 
-40 s a square metre of floor that can be walked on and 30 s a seat, in each of some generated homes. A cell of the floor
-is revealed where a body, its arms included, was above it; a seat, with its whole surface, when somebody sat on it. The
-last columns are the narrower shares of ``hsbench.truth.revealed``: floor within .25 m of an upright body's pelvis, and
-sittable cells within .175 m of a pelvis that sits.
+45 s a square metre of floor that can be walked on, 90 s a square metre of seats and 60 s a seat, in each of some
+generated homes. A cell of the floor is revealed where a body, its arms included, was above it; a seat, with its whole
+surface, when somebody sat on it. The last columns are the narrower shares of ``hsbench.truth.revealed``: floor within
+.25 m of an upright body's pelvis, and sittable cells within .175 m of a pelvis that sits.
 """
 
 import sys
@@ -24,7 +24,7 @@ from hsbench.truth.affordance import affordance_truth
 from hsbench.truth.evidence import first_swept
 from hsbench.truth.revealed import revealed
 
-S_PER_M2, S_PER_SEAT = 40.0, 30.0
+S_PER_M2, S_PER_SEAT_M2, S_PER_SEAT = 45.0, 90.0, 60.0
 CELL_M, HEIGHT_M = 0.05, 2.0
 SEATS = ("seat", "mattress")
 
@@ -57,14 +57,15 @@ def coverage(number: int):
     truth = affordance_truth(scene, side_cells=cells, cell_m=CELL_M)
     walkable = (truth.labels >> Affordance.WALKABLE & 1).astype(bool)[::-1, ::-1]  # rows and columns grow with x and y
     usable = seats_of(scene, truth)
-    duration_s = S_PER_M2 * walkable.sum() * CELL_M**2 + S_PER_SEAT * len(usable)
+    floor_m2, seats_m2 = walkable.sum() * CELL_M**2, sum(usable.values())
+    duration_s = S_PER_M2 * floor_m2 + S_PER_SEAT_M2 * seats_m2 + S_PER_SEAT * len(usable)
     life = live(scene, seeds.child("life"), LifeConfig(duration_s=duration_s, fps=10, unused_share=0.0))
     grid = VoxelGrid((-cells * CELL_M / 2, -cells * CELL_M / 2, 0.0), (cells, cells, round(HEIGHT_M / CELL_M)), CELL_M)
     ends, radii = capsules(life.bodies[0], life.poses.joints_m.astype(np.float64))
     swept = np.isfinite(first_swept(ends, radii, life.poses.timestamp_ns / 1e9, grid)).any(axis=2)
     events = life.events
     sat = {(int(e), p) for e, p, c in zip(events.object_id, events.part, events.contact, strict=True) if "pelvis" in c}
-    floor = ((swept & walkable).sum() * CELL_M**2, walkable.sum() * CELL_M**2)
+    floor = ((swept & walkable).sum() * CELL_M**2, floor_m2)
     used, narrow = revealed(life.poses, life.action, life.events, 0, cells, CELL_M), []
     for kind in (Affordance.WALKABLE, Affordance.SITTABLE):
         there = (truth.labels >> kind & 1).astype(bool)

@@ -22,13 +22,12 @@ class LifeConfig:
     people: how many live there, 1-8; each comes in ``arrival_s`` after the one before.
     from_outside: they come in through the entrance door, which opens; else they begin inside it. What lies outside is
     not modelled: an open door shows nothing.
-    mode: ``exploring`` goes everywhere and tries everything, seats that nobody has tried first: within some 40 s a
-    square metre of floor and 30 s a seat one person comes near 95 % of the floor, and has sat wherever the own body
-    fits. ``natural`` does what the hour suggests.
+    mode: ``exploring`` goes everywhere and tries everything, floor and seats that nobody has tried first, and moves
+    along seats until their whole surface has been sat on: within some 45 s a square metre of floor, 90 s a square metre
+    of seats and 60 s a seat one person comes near 95 % of both. ``natural`` does what the hour suggests.
     start_hour: of the day at t0. habits: family of ``schedule.HABITS`` of each person, in turn.
-    speed_m_s: a walker's pace, m/s. atypical_share: of sits and touches that are followed by sitting on what is no
-    seat (a floor, an edge, an arm): life is not a label. Some are still due at the end. unused_share: of the things
-    that nobody ever uses.
+    speed_m_s: a walker's pace, m/s. atypical_share: of sits and touches, by all people together, that are sits on what
+    is no seat (a floor, an edge, an arm): life is not a label. unused_share: of the things that nobody ever uses.
     clips: motion capture that people in natural mode play, now and then, where there is room.
     Of the exploring mode: explore, sit, touch, look: weights of what is done next. stand_s: pauses. sit_s: on a seat.
     touch_s: a hand at rest on a part. look_s: at a window. touches_seated: tries to touch something while seated.

@@ -64,7 +64,7 @@ def draw_in(person: Person, surface: Surface, seat: Seat, inwards: bool) -> None
     if length_m == 0:
         return
     length_s = SCOOT_S + SCOOT_PER_M_S * length_m
-    _log_shifts(person, surface, start, end, frames_of(length_s, person.fps))
+    log_shifts(person, surface, start, end, frames_of(length_s, person.fps))
     person.diary.add(scoot(person.diary.here, end - start, length_s, person.fps), Action.IGNORED)
 
 
@@ -80,7 +80,7 @@ def _drag(person: Person, surface: Surface, seat: Seat, name: str, start_xy: Flo
         doing = diary.start(name, item.object_id, grip.part, grip.contact)
     else:
         doing = diary.start(name, item.object_id)
-    _log_shifts(person, surface, start_xy, end_xy, frames_of(length_s, fps))
+    log_shifts(person, surface, start_xy, end_xy, frames_of(length_s, fps))
     if grip is not None:
         along = replace(moved_touch(grip, end_xy), crouch_m=0.0)  # one has gone down already
         diary.add(reach_out(out, along, length_s, fps), Action.STAND)
@@ -91,7 +91,7 @@ def _drag(person: Person, surface: Surface, seat: Seat, name: str, start_xy: Flo
         diary.stop(doing)
 
 
-def _log_shifts(person: Person, surface: Surface, start_xy: FloatArray, end_xy: FloatArray, frames: int) -> None:
+def log_shifts(person: Person, surface: Surface, start_xy: FloatArray, end_xy: FloatArray, frames: int) -> None:
     """Key poses of a seat that goes from one shift to another while ``frames`` are done, as bodies go."""
     turn = surface.item.scene_T_object[:2, :2]
     share = np.append(0.0, smooth(shares_of(frames / person.fps, person.fps)))

@@ -25,6 +25,7 @@ from hsbench.synth.activities.entrance import find_entrance
 from hsbench.synth.activities.going import come_in
 from hsbench.synth.activities.person import Person, Present
 from hsbench.synth.activities.places import Places
+from hsbench.synth.activities.schedule import Quota
 from hsbench.synth.activities.traffic import Traffic, Way
 from hsbench.synth.people.body import Body
 from hsbench.synth.people.channels import OVERLAP_S, pose_block
@@ -110,6 +111,7 @@ class Crowd:
         self.entry = _entry(scene, walk)
         self.people: list[Person] = []
         self.company: dict[int, Present] = {}
+        self.atypical = Quota(config.atypical_share, seeds.rng("atypical"))
         self.arrivals: list[int] = []
         if self.entry is None:
             return
@@ -179,7 +181,8 @@ class Crowd:
         assert self.entry is not None
         xy, number = self.entry[0], len(self.people)
         node = self.seeds.child("person").child(number + 1)
-        person = Person(number, self.places, self.traffic, self.company, self.config, node, frame, xy, self.yaw_rad)
+        shared = self.places, self.traffic, self.company, self.atypical, self.config
+        person = Person(number, *shared, node, frame, xy, self.yaw_rad)
         entrance = self.places.entrance
         if not (self._begins(number, frame) if entrance is None else come_in(person, entrance)):
             self.traffic.awaited = self._way_in()

@@ -207,19 +207,22 @@ def _seat_errors(scene: Scene, life: Life, joints: FloatArray) -> list[float]:
             item = scene.object(int(life.events.object_id[event]))
             part = next(p for p in item.parts if p.name == life.events.part[event])
             rows = _rows(life, event)
-            moves = life.motions.moves_at(int(life.events.start_ns[event]))
-            shift = moves.get((item.object_id, ""), np.zeros(3))
             pelvis, belly_m = joints[rows, J["spine_base"]], body.radius(anatomy.RADIUS_BELLY[0])
             if part.solid is None:
                 found.append(_above_mesh(item, part, pelvis, belly_m))
                 continue
-            corners = apply(item.scene_T_object, part.vertices + np.append(shift[:2], 0.0))
-            over = np.abs(pelvis[:, 2] - corners[:, 2].max() - belly_m)
-            local = apply(invert(item.scene_T_object), pelvis)[:, :2] - shift[:2]
+            over = np.abs(pelvis[:, 2] - apply(item.scene_T_object, part.vertices)[:, 2].max() - belly_m)
+            local = apply(invert(item.scene_T_object), pelvis)[:, :2] - _shifts(life, item.object_id, rows)
             low, high = part.vertices[:, :2].min(axis=0), part.vertices[:, :2].max(axis=0)
             aside = np.sqrt(np.sum((local - np.clip(local, low, high)) ** 2, axis=1))
             found.append(float(np.maximum(over, aside).max()))
     return found
+
+
+def _shifts(life: Life, object_id: int, rows: IntArray) -> FloatArray:
+    """(n, 2) how far an object is moved, in its own frame, at some rows of the poses."""
+    moves = [life.motions.moves_at(int(time)) for time in life.poses.timestamp_ns[rows].tolist()]
+    return np.array([move.get((object_id, ""), np.zeros(3))[:2] for move in moves]).reshape(-1, 2)
 
 
 def _above_mesh(item: SceneObject, part: Part, pelvis: FloatArray, belly_m: float) -> float:

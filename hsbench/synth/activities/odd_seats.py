@@ -16,6 +16,7 @@ from hsbench.synth.activities.contact import Obstacles
 from hsbench.synth.activities.seats import Surface, surfaces_on
 from hsbench.synth.people import body as anatomy
 from hsbench.synth.people.body import Body
+from hsbench.synth.people.lounging import legs_ahead
 from hsbench.synth.people.motion import SeatPose
 from hsbench.truth.sittable import SIDES
 from hsbench.truth.walkable import WalkMap
@@ -29,7 +30,6 @@ STRIDE_CELLS = 4  # of the floor, every so many cells are sat on
 LEANT_ON_M = 0.45  # above the floor, what is behind a back is looked for
 BEHIND_M = 0.5  # and so far behind
 BACKS_M = (0.05, 0.10, 0.15)  # pelvis behind the last free cell
-ANKLES_AHEAD = 0.44  # of stature, from the pelvis: legs half stretched, hips and knees well within their ranges
 
 
 def odd_surfaces(scene: Scene) -> list[Surface]:
@@ -69,10 +69,7 @@ def floor_places(surface: Surface, body: Body, floor: WalkMap, obstacles: Obstac
 
 def _on_floor(pelvis_xy: FloatArray, facing: FloatArray, body: Body) -> SeatPose:
     """Seated on the floor with the feet ahead."""
-    ahead = body.of_stature(ANKLES_AHEAD + anatomy.BALL_FORWARD) * facing
-    aside = body.hip_half_m * np.array([-facing[1], facing[0]])
-    height = body.of_stature(anatomy.BALL_HEIGHT)
-    left, right = (quantise_m(np.append(pelvis_xy + ahead + sign * aside, height)).tolist() for sign in (1.0, -1.0))
     x, y, z = quantise_m(np.append(pelvis_xy, body.radius(anatomy.RADIUS_BELLY[0]))).tolist()
     yaw = quantise_angle(float(np.arctan2(facing[1], facing[0])))
+    left, right = legs_ahead(body, pelvis_xy, yaw, 0.0).tolist()
     return SeatPose((x, y, z), yaw, ((left[0], left[1], left[2]), (right[0], right[1], right[2])))

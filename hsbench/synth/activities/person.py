@@ -23,22 +23,23 @@ from hsbench.synth.activities.fetching import fetch
 from hsbench.synth.activities.going import go_out
 from hsbench.synth.activities.lounging import at_ease
 from hsbench.synth.activities.places import Places
-from hsbench.synth.activities.schedule import HABITS, duration_s, weights
+from hsbench.synth.activities.schedule import HABITS, Quota, duration_s, weights
 from hsbench.synth.activities.seats import Seat, Surface
 from hsbench.synth.activities.sitting import NO_SEAT, lie_somewhere, sit_somewhere
+from hsbench.synth.activities.spots import is_tried
 from hsbench.synth.activities.standing import stand_about, stand_beside, talk, wander
 from hsbench.synth.activities.touching import touch_something
-from hsbench.synth.activities.traffic import Traffic, without_lines
+from hsbench.synth.activities.traffic import Traffic, are_apart, without_lines
 from hsbench.synth.people.body import Body
 from hsbench.synth.people.channels import Channels, Idle, pose_block, standing
 from hsbench.synth.people.gestures import gesture
 from hsbench.synth.people.motion import carry, shift, stand, walk
 from hsbench.synth.people.navigation import costs_from, route_from
 from hsbench.synth.seeds import Seeds
-from hsbench.typing import FloatArray
+from hsbench.truth.revealed import FEET_M
+from hsbench.typing import BoolArray, FloatArray
 
-SEEN_M = 0.40  # a place so near to where one has walked is explored
-SEEN_STRIDE_FRAMES = 5  # of a walk, every so many frames explore
+SEEN_STRIDE_S = 0.15  # of a walk, a place every so long explores
 TRIES = 4  # places tried for an activity
 ACTIVITIES_TRIED = 6  # before one waits
 DELAYS_S = (0.0, 0.5, 1.0, 2.0, 4.0)  # of a walk that somebody is in the way of
@@ -47,7 +48,7 @@ SLICE_S = 20.0  # what takes longer is done in pieces
 SETTLE_S = 6.0  # between two shifts of weight
 JOIN_GAIN = 6.0  # how much likelier an activity is that others are at, for so much longer at least:
 LEAST_JOINED_S = 20.0
-SEATS_FIRST = 4.0  # how much likelier one who explores sits while there are seats that nobody has tried
+UNTRIED_GAIN = 2.0  # how much likelier one who explores walks, or sits, while there is floor, or a seat, left to try
 AGAIN_GAIN = 0.1  # and one that one has just done
 FEET_APART_M = 0.25  # of those who sit opposite each other
 ELBOWS_M = 0.82  # between the pelvises of neighbours, where one works with the hands
@@ -70,13 +71,14 @@ class Present:
 
 
 class Person:
-    """Number 0, 1, ...; comes in at a frame, on a free cell, with a heading. ``company`` is shared by all."""
+    """Number 0, 1, ...; comes in at a frame, on a free cell, with a heading. All up to ``config`` is shared."""
 
     def __init__(
-        self, number: int, places: Places, traffic: Traffic, company: dict[int, Present], config: LifeConfig,
-        seeds: Seeds, frame: int, xy: FloatArray, yaw_rad: float,
+        self, number: int, places: Places, traffic: Traffic, company: dict[int, Present], atypical: Quota,
+        config: LifeConfig, seeds: Seeds, frame: int, xy: FloatArray, yaw_rad: float,
     ) -> None:  # fmt: skip
         self.number, self.places, self.traffic, self.company, self.config = number, places, traffic, company, config
+        self.atypical = atypical
         self.body = Body.sample(seeds.rng("body"))
         self.rng, self.idle = seeds.rng("plan"), Idle.sample(seeds.rng("idle"))
         self.habits = HABITS[config.habits[number % len(config.habits)]]
@@ -85,7 +87,8 @@ class Person:
         self.diary = Diary(frame, standing(self.body, xy, yaw_rad))
         self.seen = np.zeros_like(places.floor.free)
         self.unfit: set[int] = set()  # surfaces on which there was no room for this body
-        self.atypical_due = self.judged = 0  # sits owed to the contacts so far, and how many of those have been judged
+        self.no_room: dict[int, BoolArray] = {}  # and the spots of others on which there was none
+        self.counted = 0  # of the contacts so far, by ``atypical``
         self.last = EXPLORE
         self.remember(xy[None])
 
@@ -107,13 +110,12 @@ class Person:
 
     def _next(self, activities: Sequence[Activity]) -> Generator[None, None, None]:
         """Do the first of some activities, drawn in turn, that can be done; before them what is atypical and due."""
-        drawn = self.rng.random(self.diary.contacts - self.judged)
-        self.judged = self.diary.contacts
-        self.atypical_due += int((drawn < self.config.atypical_share).sum())
-        if self.atypical_due:
+        self.atypical.contacts += self.diary.contacts - self.counted
+        self.counted = self.diary.contacts
+        if self.atypical.is_due:
             reason = yield from sit_somewhere(self, SIT, self.places.odd_seats(self.rng))
             if not reason:
-                self.atypical_due -= 1
+                self.atypical.fill()
                 return
             self.diary.undone.append(Undone(self.diary.frame, SIT.name, reason))
         likely = self._weights(activities)
@@ -133,8 +135,9 @@ class Person:
     def _weights(self, activities: Sequence[Activity]) -> FloatArray:
         config = self.config
         if config.mode == "exploring":
-            left = any(id(s) not in self.unfit and name_of(s) not in self.places.tried for s in self.places.surfaces)
-            return np.array([config.explore, config.sit * (SEATS_FIRST if left else 1.0), config.touch, config.look])
+            floor = UNTRIED_GAIN if (self.places.floor.free & ~self.seen).any() else 1.0
+            seats = 1.0 if all(is_tried(self, surface) for surface in self.places.surfaces) else UNTRIED_GAIN
+            return np.array([floor * config.explore, seats * config.sit, config.touch, config.look])
         hour = (config.start_hour + self.diary.frame / self.fps / 3600) % 24
         likely = weights(activities, hour, self.habits)
         likely[[not self.places.offers(activity) for activity in activities]] = 0.0
@@ -237,12 +240,12 @@ class Person:
                 yield around
 
     def remember(self, xy: FloatArray) -> None:
-        """Mark the cells within ``SEEN_M`` of the places of a walk (n, 2), one a frame, as explored."""
+        """Mark the cells within ``FEET_M`` of the places of a walk (n, 2), one a frame, as explored."""
         floor = self.places.floor
-        span = int(SEEN_M / floor.cell_m) + 1
+        span = int(FEET_M / floor.cell_m) + 1
         disc = np.add.outer(np.arange(-span, span + 1) ** 2, np.arange(-span, span + 1) ** 2)
-        disc = disc * floor.cell_m**2 <= SEEN_M**2
-        index, inside = floor.index(xy[::SEEN_STRIDE_FRAMES])
+        disc = disc * floor.cell_m**2 <= FEET_M**2
+        index, inside = floor.index(xy[:: max(1, round(SEEN_STRIDE_S * self.fps))])
         for i, j in np.unique(index[inside], axis=0):
             a, b = max(i - span, 0), max(j - span, 0)
             window = self.seen[a : i + span + 1, b : j + span + 1]
@@ -311,12 +314,19 @@ class Person:
         for other, present in self.company.items():
             if other == self.number or present.seat is None:
                 continue
+            if not are_apart(seat.line, present.seat.line):
+                return False
             if np.hypot(*(seat.feet_xy - present.seat.feet_xy)) < FEET_APART_M:
                 return False
             beside_m = np.hypot(*np.subtract(seat.pose.pelvis_m, present.seat.pose.pelvis_m)[:2])
             if beside_m < ELBOWS_M and (activity.is_at_table or present.activity.is_at_table):
                 return False
         return True
+
+    def is_apart(self, line: FloatArray) -> bool:
+        """Whether a line (2, 2) keeps away from those on which others sat down and will get up."""
+        seats = (present.seat for other, present in self.company.items() if other != self.number)
+        return all(seat is None or are_apart(line, seat.line) for seat in seats)
 
     def is_lain_on(self, item: SceneObject) -> bool:
         """Whether somebody else lies on an object."""
@@ -337,12 +347,11 @@ class Person:
         """Some of the things in random order; in the exploring mode those nobody has tried yet come first."""
         order = self.rng.permutation(len(things)).tolist()
         if self.config.mode == "exploring":
-            order.sort(key=lambda k: id(things[k]) in self.unfit or name_of(things[k]) in self.places.tried)
+            order.sort(key=lambda k: self._is_tried(things[k]))
         return [things[k] for k in order[:TRIES]]
 
-
-def name_of(thing: object) -> object:
-    """The object and the part that a surface or a thing to touch is."""
-    if isinstance(thing, Surface):
-        return thing.item.object_id, thing.part.name
-    return (thing[0].object_id, thing[1].name) if isinstance(thing, tuple) else None
+    def _is_tried(self, thing: object) -> bool:
+        """Whether nothing is left to try of a surface, or a thing to touch has been touched."""
+        if isinstance(thing, Surface):
+            return is_tried(self, thing)
+        return isinstance(thing, tuple) and (thing[0].object_id, thing[1].name) in self.places.tried

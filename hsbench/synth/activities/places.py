@@ -21,6 +21,7 @@ from hsbench.synth.activities.entrance import Entrance
 from hsbench.synth.activities.odd_seats import FLOOR, floor_places, odd_surfaces
 from hsbench.synth.activities.seating import Setting, seat_at
 from hsbench.synth.activities.seats import Seat, Surface, facing_chair, seat_places, seat_surfaces
+from hsbench.synth.activities.spots import Spots
 from hsbench.synth.activities.touches import (
     SHOULDER_STANDING_M,
     StandingTouch,
@@ -39,6 +40,7 @@ from hsbench.synth.people.channels import Channels, standing
 from hsbench.synth.people.lying import LiePose
 from hsbench.synth.people.motion import SeatPose
 from hsbench.synth.seeds import Seeds
+from hsbench.truth.sittable import SEAT_ROLES
 from hsbench.truth.walkable import WalkMap, blocked
 from hsbench.typing import BoolArray, FloatArray
 
@@ -127,6 +129,10 @@ class Places:
         key = ("setting", item.object_id, *shift_xy.tolist())
         return self._once(key, lambda: self._moved(item, shift_xy))
 
+    def without(self, item: SceneObject) -> Obstacles:
+        """The obstacles but for one object."""
+        return self._once(("still", item.object_id), lambda: self.obstacles.without(item.object_id))
+
     def seat(self, surface: Surface, body: Body, rng: np.random.Generator) -> Seat | None:
         """A place on a surface where a body fits, the first in a random order of some; or None."""
         places = self._once(("places", body, id(surface)), lambda: list(self._poses(surface, body)))
@@ -135,6 +141,12 @@ class Places:
             if seat is not None:
                 return seat
         return None
+
+    def spots(self, surface: Surface) -> Spots | None:
+        """The cells of a seat, and which have been sat on so far; None of a mesh part, and of what is no seat."""
+        if surface.part.solid is None or surface.part.role not in SEAT_ROLES:
+            return None
+        return self._once(("spots", surface.item.object_id, surface.part.name), lambda: Spots.of(surface))
 
     def lying(self, surface: Surface, body: Body, rng: np.random.Generator) -> tuple[Seat, LiePose] | None:
         """A place to lie and the seat on its edge, or None."""
@@ -205,8 +217,7 @@ class Places:
 
     def _seat(self, surface: Surface, pose: SeatPose, body: Body) -> Seat | None:
         item = surface.item
-        still = self._once(("still", item.object_id), lambda: self.obstacles.without(item.object_id))
-        return seat_at(surface, pose, body, lambda shift: self.setting(item, shift), still)
+        return seat_at(surface, pose, body, lambda shift: self.setting(item, shift), self.without(item))
 
     def _grip(self, surface: Surface, seat: Seat, body: Body, hand: int) -> Touch | None:
         part, points = grip_points(surface.item)

@@ -25,6 +25,25 @@ class Habits:
     likes: tuple[tuple[str, float], ...] = ()
 
 
+class Quota:
+    """A share of all contacts of a life, held as they come: of each ``1 / share`` of them one, at a drawn place."""
+
+    def __init__(self, share: float, rng: np.random.Generator) -> None:
+        self.share, self._rng = share, rng
+        self.contacts = self.done = 0
+        self._place = rng.random()  # of the next one, in its stretch
+
+    @property
+    def is_due(self) -> bool:
+        """Whether the next one is to come now."""
+        return self.share * self.contacts > self.done + self._place
+
+    def fill(self) -> None:
+        """One has come."""
+        self.done += 1
+        self._place = self._rng.random()
+
+
 HABITS: dict[str, Habits] = {
     "average": Habits(),
     "early": Habits(-1.5, 0.9, (("wipe", 2.0), ("water_plant", 2.0), ("cook", 1.5))),

@@ -34,12 +34,13 @@ from hsbench.synth.people.channels import Channels, pose, standing
 from hsbench.synth.people.motion import SeatPose, sit_down
 from hsbench.synth.people.navigation import nearest_free
 from hsbench.truth.meshes import has_mesh
-from hsbench.truth.sittable import APPROACH_M, PULL_M
+from hsbench.truth.sittable import APPROACH_M, PULL_M, SEAT_ROLES
 from hsbench.truth.tops import PATCH_M
 from hsbench.truth.walkable import WalkMap
 from hsbench.typing import BoolArray, FloatArray
 
 SEATED_GRAZE_M = 0.02  # by which who sits may press into what is about them: bodies sway
+HARD_GRAZE_M = 0.0  # on what is no seat, with a wall or cupboard behind the back maybe
 GRAZE_M = 0.025  # by which a body may press into what is about it as it sits down
 BRUSH_M = 0.04  # and a shin or sleeve as one steps in, where there is no better way
 SIT_DOWN_S = 1.2
@@ -141,7 +142,8 @@ def _fits(seated: SeatPose, is_narrow: bool, surface: Surface, body: Body, obsta
     start = standing(body, np.array(seated.pelvis_m[:2]), seated.yaw_rad)
     sitting = folded(sit_down(start, seated, 1.0, CHECK_FPS), is_narrow).last()
     joints = pose(body, sitting, CHECK_FPS, None)
-    return bool((body_depth(obstacles, body, joints, surface.item.object_id) <= SEATED_GRAZE_M).all())
+    graze_m = SEATED_GRAZE_M if surface.part.role in SEAT_ROLES else HARD_GRAZE_M
+    return bool((body_depth(obstacles, body, joints, surface.item.object_id) <= graze_m).all())
 
 
 def _ways_in(place: Seat, body: Body, floor: WalkMap) -> Iterator[tuple[Point, Point]]:

@@ -16,6 +16,7 @@ from hsbench.synth.activities.drawing import draw_chair, draw_in, put_back
 from hsbench.synth.activities.places import Touchable
 from hsbench.synth.activities.schedule import duration_s
 from hsbench.synth.activities.seats import Seat, Surface, facing_chair, sit_on, step_in, step_out
+from hsbench.synth.activities.spots import try_all
 from hsbench.synth.activities.touches import Touch, seated_touch
 from hsbench.synth.activities.touching import HOLD_S, REACH_S, use
 from hsbench.synth.people.channels import Channels
@@ -102,6 +103,8 @@ def _sit_on(
     end = diary.frame + round(length_s * person.fps)
     if activity is SIT:
         yield from _touch_about(person, end)
+        if person.config.mode == "exploring":
+            yield from try_all(person, surface, seat, diary.frame + round(length_s * person.fps))
     ease = None if activity.is_at_table else person.at_ease(among_others=seat.is_drawn)
     if ease is not None:
         diary.add(ease, Action.SIT)

@@ -204,6 +204,11 @@ class Traffic:
         return int(_flooded(free, self.walk.index(line[:1])[0][0]))
 
 
+def are_apart(a: FloatArray, b: FloatArray) -> bool:
+    """Whether two can be at rest on lines (2, 2)."""
+    return bool(_gap2(a, b) >= (APART_AT_REST_M - ROUNDING_M) ** 2)
+
+
 def without_lines(walk: WalkMap, lines: Sequence[FloatArray]) -> WalkMap:
     """The cells that are left beside people at rest on lines (2, 2)."""
     free = walk.free.copy()

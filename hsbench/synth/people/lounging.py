@@ -1,4 +1,4 @@
-"""Sitting at ease: leaning back, with the legs as they were, stretched out or crossed at the ankles."""
+"""Sitting at ease: leaning back, with the legs as they were, stretched out or crossed; and moving along a seat."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ LEGS = ("upright", "stretched", "crossed")
 KNEE_DROP = (0.0, 0.055, 0.055)  # of stature: by how much more than they must knees are lower than hips
 ROUNDED_RAD = 0.12  # by which the spine of who leans back is bent forwards
 LOOK_SHARE = 0.75  # of the angle by which the head stays upright
+ANKLES_AHEAD = 0.44  # of stature, on the floor or a bed: legs half stretched, hips and knees well within their ranges
 CROSSED = (0.02, 0.06)  # of stature: feet beyond the middle, and the left above the right
 
 
@@ -44,6 +45,34 @@ def lean_back(
         look=held.look + way[:, None] * (look - held.look),
         feet=stepped_over(before.feet, _balls(body, before.xy[0] + back, before, legs), 0.0, share),
     )
+
+
+def shuffle(
+    body: Body, start: Channels, pelvis_xy: FloatArray, ground_m: float, duration_s: float, fps: float
+) -> Channels:
+    """Who sits moves to another place (2,) of the seat, facing as before; the feet go to the floor below the knees, or,
+    on a bed, ahead of the pelvis onto what is ``ground_m`` high.
+    """
+    before = start.last()
+    share = shares_of(duration_s, fps)
+    if ground_m == 0.0:
+        balls = _balls(body, pelvis_xy, before, LEGS[0])
+    else:
+        balls = legs_ahead(body, pelvis_xy, float(before.yaw[0]), ground_m)
+    return replace(
+        before.hold(len(share)),
+        xy=before.xy + smooth(share)[:, None] * (pelvis_xy - before.xy),
+        feet=stepped_over(before.feet, balls, 0.0, share),
+    )
+
+
+def legs_ahead(body: Body, pelvis_xy: FloatArray, yaw_rad: float, ground_m: float) -> FloatArray:
+    """(2, 3) balls of the feet of who sits on the ground, a floor or a bed, with the legs half stretched."""
+    facing = np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
+    ahead = pelvis_xy + body.of_stature(ANKLES_AHEAD + anatomy.BALL_FORWARD) * facing
+    aside = body.hip_half_m * np.array([-facing[1], facing[0]])
+    height_m = ground_m + body.of_stature(anatomy.BALL_HEIGHT)
+    return quantise_m(np.stack([np.append(ahead + sign * aside, height_m) for sign in SIDE_SIGN]))
 
 
 def _balls(body: Body, pelvis_xy: FloatArray, before: Channels, legs: str) -> FloatArray:

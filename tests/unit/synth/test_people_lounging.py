@@ -16,6 +16,7 @@ from hsbench.synth.people import body as anatomy
 from hsbench.synth.people.body import CAPSULE_JOINTS, Body, J, capsules
 from hsbench.synth.people.channels import Channels, concatenate, pose, standing
 from hsbench.synth.people.joint_limits import limit_violations
+from hsbench.synth.people.lounging import shuffle
 from hsbench.synth.people.motion import LEGS, SeatPose, gesture, lean_back, sit_down
 from tests.unit.synth.living_rooms import bed, part, room
 
@@ -104,3 +105,19 @@ def _moved(line: Channels, y: float) -> Channels:
     """The same along y."""
     ball = line.feet.ball + [0.0, y, 0.0]
     return replace(line, xy=line.xy + [0.0, y], feet=replace(line.feet, ball=ball))
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda b: b.shape)
+@pytest.mark.parametrize(("ground_m", "away"), [(0.0, (0.05, 0.14)), (0.0, (-0.1, -0.1)), (SEAT_M, (0.14, 0.05))])
+def test_one_moves_along_a_seat_with_the_pelvis_on_it_and_the_feet_on_the_ground(
+    body: Body, ground_m: float, away: tuple[float, float]
+) -> None:
+    start = seated(body)
+    goal = start.last().xy[0] + away
+    moved = shuffle(body, start, goal, ground_m, 0.7, FPS)
+    joints = pose(body, moved, FPS, None)
+    assert joints[-1, J["spine_base"], :2] == pytest.approx(goal, abs=2e-4)
+    assert np.abs(joints[:, J["spine_base"], 2] - start.height[-1]).max() < 0.01
+    assert moved.feet.ball[-1, :, 2] == pytest.approx(ground_m + body.of_stature(anatomy.BALL_HEIGHT), abs=1e-3)
+    assert (moved.yaw == start.yaw[-1]).all()
+    assert not limit_violations(joints).any()

@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 
 from hsbench.schema.categories import ROLES, category
 from hsbench.synth.activities.catalogue import CATALOGUE, Activity
-from hsbench.synth.activities.schedule import COMMON_HABITS, HABITS, NOVEL_HABITS, Habits, duration_s, gain, weights
+from hsbench.synth.activities.schedule import (
+    COMMON_HABITS,
+    HABITS,
+    NOVEL_HABITS,
+    Habits,
+    Quota,
+    duration_s,
+    gain,
+    weights,
+)
 from hsbench.synth.people.gestures import GESTURES
 
 MEAL = Activity("meal", "sit", peaks=((12.0, 2.0, 8.0), (23.5, 2.0, 4.0)))
@@ -58,3 +67,28 @@ def test_the_catalogue_names_what_exists() -> None:
 def test_families_belong_to_one_side() -> None:
     assert set(COMMON_HABITS) | set(NOVEL_HABITS) == set(HABITS)
     assert not set(COMMON_HABITS) & set(NOVEL_HABITS)
+
+
+@given(st.floats(0.0, 1.0), st.lists(st.integers(0, 4), max_size=60), st.integers(0, 99))
+def test_a_quota_is_held_to_within_one_however_contacts_come(share: float, steps: list[int], seed: int) -> None:
+    quota = Quota(share, np.random.default_rng(seed))
+    for step in steps:
+        quota.contacts += step
+        while quota.is_due:
+            quota.fill()
+        assert -1.0 <= quota.done - share * quota.contacts < 1.0
+
+
+def test_a_quota_is_right_on_average_and_not_regular() -> None:
+    share, contacts = 0.05, 30
+    done, places = [], set()
+    for seed in range(400):
+        quota = Quota(share, np.random.default_rng(seed))
+        for k in range(contacts):
+            quota.contacts += 1
+            if quota.is_due:
+                quota.fill()
+                places.add(k)
+        done.append(quota.done)
+    assert np.mean(done) == pytest.approx(share * contacts, abs=0.1)  # four standard errors
+    assert len(places) == contacts
