@@ -55,7 +55,7 @@ class CuboidConfig:
     Program: a box costs ``free_cost`` a voxel of free space in it, ``face_cost`` a voxel of side without a face behind
     it, and ``box_cost``; it gains the weight of what it covers, each voxel once. Two may not share more than
     ``exclusion`` of the smaller; what they share above ``least_overlap`` costs ``overlap_cost`` a voxel. HiGHS stops
-    at ``gap`` or after ``limit_s`` seconds.
+    at ``gap`` or after ``limit_s`` seconds. ``greedy`` takes boxes by falling gain instead, without a proof.
     """
 
     voxel_m: float = 0.05
@@ -89,3 +89,4 @@ class CuboidConfig:
     overlap_cost: float = 0.5
     gap: float = 0.01
     limit_s: float = 10.0
+    greedy: bool = False

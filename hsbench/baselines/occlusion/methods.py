@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 
 import numpy as np
 
+from hsbench.baselines.method import Method, Predictor, Settings, other_episodes, training
 from hsbench.baselines.occlusion.action import Activity, recognise
 from hsbench.baselines.occlusion.boundary import Boundary, estimate_boundary
 from hsbench.baselines.occlusion.carve import activity_maps, carve, fill_holes, voxel_states
@@ -14,39 +14,16 @@ from hsbench.baselines.occlusion.config import CarveConfig
 from hsbench.baselines.occlusion.constant import fit_constant
 from hsbench.baselines.occlusion.height_prior import HeightPrior, behind_surface, fit
 from hsbench.baselines.occlusion.shuffle import shuffled_activity
-from hsbench.datasets.dataset import Dataset
 from hsbench.errors import DataError
 from hsbench.metrics.completion import primary_mask
 from hsbench.schema.episode import Episode
 from hsbench.schema.states import VoxelState
 from hsbench.synth.seeds import Seeds
-from hsbench.tasks.scene_completion import GRID
+from hsbench.tasks.scene_completion import GRID, SCENE_COMPLETION
 from hsbench.typing import BoolArray, Float32Array, UInt8Array
 
-Predictor = Callable[[Episode], BoolArray]
-"""An episode -> (128, 128, 48) bool, occupied."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What preparing a method takes: the data it will see, training data with truth (or None), seed and constants."""
-
-    data: Dataset
-    train: Dataset | None
-    seed: int = 0
-    config: CarveConfig = field(default_factory=CarveConfig)
-
-
-@dataclass(frozen=True)
-class Method:
-    """A method of task scene-completion. track: the inputs it uses; oracle: it needs truth of the episode itself."""
-
-    name: str
-    track: str
-    summary: str
-    prepare: Callable[[Settings], Predictor]
-    oracle: bool = False
-    needs_train: bool = False
+TASK = SCENE_COMPLETION.name
+CONFIG = CarveConfig()
 
 
 def _depth(episode: Episode) -> Float32Array:
@@ -62,18 +39,18 @@ def _states(episode: Episode) -> UInt8Array:
     return voxel_states(episode.sensor, GRID, _depth(episode))
 
 
-def _activity(episode: Episode, config: CarveConfig) -> Activity:
+def _activity(episode: Episode) -> Activity:
     if episode.poses is None:
         raise DataError(f"episode {episode.episode_id} has no observed poses; carving needs them")
-    return recognise(episode.poses, config)
+    return recognise(episode.poses, CONFIG)
 
 
-def _carved(episode: Episode, activity: Activity, config: CarveConfig) -> BoolArray:
-    return carve(_states(episode), activity_maps(activity, GRID, config), activity, GRID, config)
+def _carved(episode: Episode, activity: Activity) -> BoolArray:
+    return carve(_states(episode), activity_maps(activity, GRID, CONFIG), activity, GRID, CONFIG)
 
 
 def _prepare_carve(settings: Settings) -> Predictor:
-    return lambda episode: _carved(episode, _activity(episode, settings.config), settings.config)
+    return lambda episode: _carved(episode, _activity(episode))
 
 
 def _prepare_all_solid(settings: Settings) -> Predictor:
@@ -86,17 +63,15 @@ def _prepare_visible_only(settings: Settings) -> Predictor:
 
 def _prepare_shuffled(settings: Settings) -> Predictor:
     """Each episode gets the activity of the next one of the selection, the last that of the first."""
-    ids = settings.data.episode_ids
-    if len(ids) < 2:
-        raise DataError(f"carve-shuffled takes poses of another episode; found {len(ids)} episode in this selection")
+    other_of = other_episodes(settings, "carve-shuffled")
     seeds = Seeds(settings.seed).child("shuffled-activity")
 
     def predict(episode: Episode) -> BoolArray:
-        other = settings.data[(ids.index(episode.episode_id) + 1) % len(ids)]
+        other = other_of(episode)
         activity = shuffled_activity(
-            _activity(other, settings.config), _boundary(other), _boundary(episode), seeds.rng(episode.episode_id)
+            _activity(other), _boundary(other), _boundary(episode), seeds.rng(episode.episode_id)
         )
-        return _carved(episode, activity, settings.config)
+        return _carved(episode, activity)
 
     return predict
 
@@ -140,7 +115,7 @@ def _fitted_prior(settings: Settings) -> HeightPrior:
         height = np.broadcast_to(GRID.axis_centres(2), GRID.shape)
         return behind[mask], height[mask], truth.solid[mask]
 
-    return fit(sample(episode) for episode in _training(settings, "height-prior"))
+    return fit(sample(episode) for episode in training(settings, "height-prior"))
 
 
 def _prepare_constant(settings: Settings) -> Predictor:
@@ -149,16 +124,8 @@ def _prepare_constant(settings: Settings) -> Predictor:
         assert episode.truth.occupancy is not None
         return primary_mask(episode.truth.occupancy), episode.truth.occupancy.solid
 
-    constant = fit_constant(sample(episode) for episode in _training(settings, "best-constant"))
+    constant = fit_constant(sample(episode) for episode in training(settings, "best-constant"))
     return lambda episode: constant
-
-
-def _training(settings: Settings, name: str) -> Dataset:
-    if settings.train is None or not len(settings.train):
-        raise DataError(
-            f"{name} is fitted on split train, which this data set lacks; name one that has it with --train"
-        )
-    return settings.train
 
 
 def _prepare_swept(settings: Settings) -> Predictor:
@@ -175,11 +142,21 @@ def _prepare_swept(settings: Settings) -> Predictor:
 METHODS: Mapping[str, Method] = {
     method.name: method
     for method in (
-        Method("carve", "poses+frames", "occluded space is solid unless people stood or sat there", _prepare_carve),
-        Method("carve-shuffled", "poses+frames", "control: carve with another episode's activity", _prepare_shuffled),
-        Method("all-solid", "frames", "control without activity: all occluded space is solid", _prepare_all_solid),
-        Method("visible-only", "frames", "reference: only what the camera sees is solid", _prepare_visible_only),
         Method(
+            TASK, "carve", "poses+frames", "occluded space is solid unless people stood or sat there", _prepare_carve
+        ),
+        Method(
+            TASK,
+            "carve-shuffled",
+            "poses+frames",
+            "carve with another episode's activity",
+            _prepare_shuffled,
+            control="shuffled-activity",
+        ),
+        Method(TASK, "all-solid", "frames", "all occluded space is solid", _prepare_all_solid, control="no-activity"),
+        Method(TASK, "visible-only", "frames", "reference: only what the camera sees is solid", _prepare_visible_only),
+        Method(
+            TASK,
             "height-prior",
             "frames",
             "reference: solid within d behind a surface and below h, fitted on train",
@@ -187,6 +164,7 @@ METHODS: Mapping[str, Method] = {
             needs_train=True,
         ),
         Method(
+            TASK,
             "carve-height-prior",
             "poses+frames",
             "what the height prior calls solid, less what people walked through",
@@ -194,13 +172,16 @@ METHODS: Mapping[str, Method] = {
             needs_train=True,
         ),
         Method(
+            TASK,
             "best-constant",
             "frames",
-            "control: one answer for every episode, the best on train",
+            "one answer for every episode, the best on train",
             _prepare_constant,
+            control="best-constant",
             needs_train=True,
         ),
         Method(
+            TASK,
             "carve-swept",
             "oracle-poses",
             "reference: the volume true bodies swept is free, evidence without error",

@@ -26,7 +26,7 @@ from hsbench.typing import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """chosen: (C,) bool. gap: proven relative distance to the best choice there is, 0 = none is better."""
+    """chosen: (C,) bool. gap: proven relative distance to the best choice, 0 = none is better, NaN = not known."""
 
     chosen: BoolArray
     gap: float
@@ -43,6 +43,8 @@ def choose(cuboids: IntArray, cost: FloatArray, weight: FloatArray, config: Cubo
     covers, gain = coverage(cuboids, weight)
     share = shared(cuboids) / np.minimum.outer(volumes(cuboids), volumes(cuboids))
     np.fill_diagonal(share, 0.0)
+    if config.greedy:
+        return _greedy(np.asarray(covers.T @ gain) - cost, share > config.exclusion)
     cliques = exclusive(share > config.exclusion)
     first, second = np.nonzero(np.triu((share > config.least_overlap) & (share <= config.exclusion)))
     sets, pairs = len(gain), len(first)
@@ -72,6 +74,14 @@ def choose(cuboids: IntArray, cost: FloatArray, weight: FloatArray, config: Cubo
     if found.x is None:
         raise RuntimeError(f"HiGHS: {found.message}; expected at least the choice of no cuboid")
     return Choice(found.x[:count] > 0.5, float(found.mip_gap or 0.0))
+
+
+def _greedy(worth: FloatArray, conflict: BoolArray) -> Choice:
+    """Non-maximum suppression: by falling worth, as long as it is positive, what nothing chosen before excludes."""
+    chosen = np.zeros(len(worth), dtype=np.bool_)
+    for k in np.argsort(-worth, kind="stable"):
+        chosen[k] = worth[k] > 0.0 and not (conflict[k] & chosen).any()
+    return Choice(chosen, np.nan)
 
 
 def _row_block(blocks: list[csr_array]) -> csr_array:

@@ -1,46 +1,17 @@
-"""Running a method over a data set: predictions lie on disk as a submission before anything is scored."""
+"""Running a method of task scene-completion by its name."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
-from hsbench.baselines.occlusion.config import CarveConfig
-from hsbench.baselines.occlusion.methods import Settings, method
-from hsbench.datasets.dataset import Dataset, load
-from hsbench.submission.metadata import Metadata
-from hsbench.submission.pack import SubmissionWriter
-from hsbench.tasks.scene_completion import SCENE_COMPLETION
-
-AUTHORS = ("The hsbench developers",)
+from hsbench.baselines import run
+from hsbench.baselines.occlusion.methods import method
+from hsbench.datasets.dataset import Dataset
 
 
 def predict(
     name: str, data: Dataset, out: Path, *, train: Dataset | None = None, seed: int = 0, replace_out: bool = False
 ) -> Iterator[str]:
-    """Write a method's submission for every episode of ``data`` to ``out``, yielding each id when it is answered.
-
-    train: episodes with truth, for the methods that are fitted; default the train split of the same data set.
-    The folder appears when all is done. Raises DataError for an unknown method or missing inputs.
-    """
-    chosen = method(name)
-    if chosen.needs_train and train is None and any(r["split"] == "train" for r in load(data.root).rows):
-        train = load(data.root, "train")
-    if train is not None:
-        train = replace(train, truth=True)
-    data = replace(data, truth=chosen.oracle)
-    answer = chosen.prepare(Settings(data, train, seed, CarveConfig()))
-    metadata = Metadata(
-        task=SCENE_COMPLETION.name,
-        task_version=SCENE_COMPLETION.version,
-        method=name,
-        track=chosen.track,
-        authors=AUTHORS,
-        causal=True,
-        training_data=(f"{data.name}/train",) if chosen.needs_train else (),
-    )
-    with SubmissionWriter(out, SCENE_COMPLETION, metadata, replace=replace_out) as writer:
-        for episode in data:
-            writer.add(episode.episode_id, answer(episode))
-            yield episode.episode_id
+    """As ``hsbench.baselines.run.predict``. Raises DataError for an unknown method too, when the first is asked for."""
+    yield from run.predict(method(name), data, out, train=train, seed=seed, replace_out=replace_out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -78,3 +79,13 @@ def test_cliques_hold_every_pair_and_no_other(seed: int, count: int, density: fl
         held[np.ix_(clique, clique)] = True
     np.fill_diagonal(held, False)
     assert np.array_equal(held, conflict)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 12))
+def test_greedy_takes_the_best_that_is_left_and_no_other(seed: int, count: int) -> None:
+    cuboids, cost, weight = instance(seed, count)
+    chosen = choose(cuboids, cost, weight, replace(CONFIG, greedy=True)).chosen
+    worth = np.array([-objective((k,), cuboids, cost, weight) for k in range(count)])
+    for k in range(count):
+        rivals = [j for j in np.flatnonzero(chosen) if j != k and objective((j, k), cuboids, cost, weight) == np.inf]
+        assert chosen[k] == (worth[k] > 0 and not any(worth[j] >= worth[k] for j in rivals))
