@@ -33,12 +33,12 @@ def command(
 ) -> None:
     """Check SUBMISSION, a folder or a zip: every fault in one run, exit code 3 if there is one. Needs no truth."""
     from hsbench.datasets.dataset import load
-    from hsbench.submission.check import check
+    from hsbench.evaluation.score import check_on
     from hsbench.tasks import task
 
     spec, dataset = task(task_name), load(data, split, frames=False)
     note_own_data(spec, dataset.name)
-    faults = check(submission, spec, dataset.episode_ids, allow_missing=allow_missing, inputs=dataset.episode)
+    faults = check_on(submission, spec, dataset, allow_missing=allow_missing)
     if as_json:
         print_json({"submission": str(submission), "episodes": len(dataset), "faults": faults})
         context.exit(SubmissionError.exit_code if faults else 0)

@@ -34,6 +34,7 @@ def show(name: str, as_json: bool) -> None:
     from hsbench.tasks import task
 
     spec = task(name)
+    times = {data: list(spec.on(data).observation_times_s) for data in spec.datasets if spec.observation_times_s}
     arrays = {key: f"{array.dtype} {array.shape}" for key, array in spec.prediction.arrays.items()}
     facts = {
         "name": spec.name,
@@ -48,7 +49,8 @@ def show(name: str, as_json: bool) -> None:
         "protocol": spec.protocol,
         "primary_metric": f"{spec.primary_metric} ({spec.direction} is better)",
         "metrics": list(metrics_of(name)),
-        "observation_times_s": list(spec.observation_times_s),
+        "earlier_prediction": f"predictions/<episode_id>@<seconds>s{spec.prediction.suffix}" if times else None,
+        "observation_times_s": times,
         "controls": list(spec.controls),
         "missing_answer": spec.missing_answer,
     }
@@ -63,8 +65,9 @@ def show(name: str, as_json: bool) -> None:
 @click.argument("name")
 @data_option
 @click.option("--out", required=True, type=FOLDER, metavar="DIR", help="Folder of the submission.")
+@click.option("--times", is_flag=True, help="An answer at each observation time too, for a curve.")
 @click.option("--replace", is_flag=True, help="Replace --out if it exists.")
-def template(name: str, data: Path, split: str | None, out: Path, replace: bool) -> None:
+def template(name: str, data: Path, split: str | None, out: Path, times: bool, replace: bool) -> None:
     """Write a valid submission to task NAME that answers nothing, to start from."""
     from hsbench.datasets.dataset import load
     from hsbench.submission import Metadata, SubmissionWriter
@@ -75,9 +78,13 @@ def template(name: str, data: Path, split: str | None, out: Path, replace: bool)
         raise HsbenchError(f"{out} exists already; choose another --out or give --replace")
     dataset = load(data, split, frames=False)
     note_own_data(spec, dataset.name)
+    spec = spec.on(dataset.name)
     metadata = Metadata(spec.name, spec.version, "template", spec.tracks[0], causal=True)
     with SubmissionWriter(out, spec, metadata, replace=replace) as writer:
         for episode in progress(dataset, len(dataset), "template"):
             writer.add(episode.episode_id, spec.dummy(episode))
+            for observed_s in spec.observation_times_s[:-1] if times else ():
+                if observed_s < episode.duration_s:
+                    writer.add(episode.episode_id, spec.dummy(episode.until(observed_s)), observed_s)
     click.echo(f"{out}: {len(dataset)} predictions of nothing; fill in predictions/ and submission.json")
     next_step("check", out, "--task", name, "--data", data, *on_split(split))

@@ -3,7 +3,7 @@
 from hsbench.evaluation.compare import Comparison, compare
 from hsbench.evaluation.evaluator import Evaluator
 from hsbench.evaluation.report import DatasetRef, Report, read_report, write_report
-from hsbench.evaluation.split import episode_row, score_episodes, split_report
+from hsbench.evaluation.split import episode_row, score_episodes, split_report, watched_report
 
 __all__ = [
     "Comparison",
@@ -15,5 +15,6 @@ __all__ = [
     "read_report",
     "score_episodes",
     "split_report",
+    "watched_report",
     "write_report",
 ]

@@ -17,6 +17,7 @@ from hsbench.schema.episode import Episode
 from hsbench.schema.occupancy import VIEW_UNSCORED
 from hsbench.tasks.probability_maps import LABELS
 from hsbench.tasks.spec import TaskSpec
+from hsbench.truth.view_affordance import stored_view
 from hsbench.typing import Float32Array, UInt8Array
 
 VERSION = "0"
@@ -24,7 +25,7 @@ VERSION = "0"
 
 def truth(episode: Episode) -> UInt8Array | None:
     """(rows, columns) bits of ``Affordance`` and ``VIEW_UNSCORED``."""
-    return None if episode.truth is None else episode.truth.view_affordance
+    return stored_view(episode)
 
 
 def statistics(bits: UInt8Array, probability: Float32Array | None, spec: TaskSpec) -> Statistics:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from hsbench.errors import DataError, SchemaError
+from hsbench.evaluation.observation import Watched
 from hsbench.evaluation.pooled import summarise
 from hsbench.evaluation.report import DatasetRef, EpisodeRow, MetricValue, Report
 from hsbench.evaluation.scorers import scorer
-from hsbench.evaluation.split import episode_row, split_report
+from hsbench.evaluation.split import episode_row, watched_report
 from hsbench.metrics.bootstrap import REPLICATES
 from hsbench.schema.episode import Episode
 from hsbench.submission.metadata import Metadata
@@ -25,40 +28,50 @@ class Evaluator:
     def __init__(self, task_name: str, *, seed: int = 0, replicates: int = REPLICATES) -> None:
         self._spec = task(task_name)
         self._seed, self._replicates = seed, replicates
-        self._rows: dict[str, EpisodeRow] = {}
+        self._watched: dict[str, Watched] = {}
 
-    def add(self, episode: Episode, prediction: Any | None) -> None:
+    def add(
+        self, episode: Episode, prediction: Any | None, earlier: Mapping[float, Any | None] = MappingProxyType({})
+    ) -> None:
         """Score one episode, loaded with truth; None is the task's missing answer.
 
-        prediction: as the task's ``encode`` takes it. Raises DataError where the episode has no truth for the task,
-        SchemaError where the prediction does not fit or the episode was added before.
+        prediction: as the task's ``encode`` takes it. earlier: likewise, by seconds of watching, at observation times
+        of the task before the episode ends; what other episodes have too gives the report a curve. Raises DataError
+        where the episode has no truth for the task, SchemaError where a prediction does not fit or the episode was
+        added before.
         """
         known = episode.truth
         truth = scorer(self._spec.name).truth(episode)
         if truth is None or known is None:
             name = self._spec.name
             raise DataError(f"episode {episode.episode_id} has no truth for task {name} (load with truth=True)")
-        form = self._spec.prediction
-        answer = None if prediction is None else form.decode(form.encode(prediction))
         scene_id = episode.episode_id if known.scene is None else known.scene.scene_id
-        self._take(episode_row(episode.episode_id, scene_id, truth, answer, self._spec))
+
+        def row(answer: Any | None) -> EpisodeRow:
+            form = self._spec.prediction
+            said = None if answer is None else form.decode(form.encode(answer))
+            return episode_row(episode.episode_id, scene_id, truth, said, self._spec)
+
+        at = {observed_s: row(answer) for observed_s, answer in earlier.items()}
+        self._take(Watched(row(prediction), episode.duration_s, at))
 
     def merge(self, other: Evaluator) -> None:
         """Take over the episodes of another worker. Raises SchemaError for another task, or an episode twice."""
         if other._spec.name != self._spec.name:
             raise SchemaError(f"evaluators are of {self._spec.name} and {other._spec.name}; only one task merges")
-        for row in other._rows.values():
-            self._take(row)
+        for episode in other._watched.values():
+            self._take(episode)
 
     def metrics(self) -> dict[str, MetricValue]:
         """Every metric over the episodes so far. Raises SchemaError for none."""
-        return summarise(self._ordered(), self._spec.name, seed=self._seed, replicates=self._replicates)
+        rows = [episode.whole for episode in self._ordered()]
+        return summarise(rows, self._spec.name, seed=self._seed, replicates=self._replicates)
 
     def report(self, dataset: DatasetRef, split: str, method: Metadata) -> Report:
-        """The report of the episodes so far."""
-        return split_report(
+        """The report of the episodes so far. Raises SchemaError where they have answers at different times."""
+        return watched_report(
             self._ordered(),
-            spec=self._spec,
+            spec=self._spec.on(dataset.name),
             dataset=dataset,
             split=split,
             method=method,
@@ -66,12 +79,13 @@ class Evaluator:
             replicates=self._replicates,
         )
 
-    def _ordered(self) -> list[EpisodeRow]:
-        if not self._rows:
+    def _ordered(self) -> list[Watched]:
+        if not self._watched:
             raise SchemaError("no episode was added; expected one or more")
-        return [self._rows[episode_id] for episode_id in sorted(self._rows)]
+        return [self._watched[episode_id] for episode_id in sorted(self._watched)]
 
-    def _take(self, row: EpisodeRow) -> None:
-        if row.episode_id in self._rows:
-            raise SchemaError(f"episode {row.episode_id} was added before; expected each once")
-        self._rows[row.episode_id] = row
+    def _take(self, episode: Watched) -> None:
+        episode_id = episode.whole.episode_id
+        if episode_id in self._watched:
+            raise SchemaError(f"episode {episode_id} was added before; expected each once")
+        self._watched[episode_id] = episode

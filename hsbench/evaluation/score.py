@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from hsbench.datasets.dataset import Dataset
-from hsbench.errors import DataError
+from hsbench.errors import DataError, SubmissionError
+from hsbench.evaluation.observation import Watched
 from hsbench.evaluation.report import DatasetRef, Report
 from hsbench.evaluation.scorers import scorer
-from hsbench.evaluation.split import score_episodes
+from hsbench.evaluation.split import episode_row, watched_report
 from hsbench.io.dataset_index import verify_unit
-from hsbench.submission.check import check_or_raise
+from hsbench.submission.check import check
 from hsbench.submission.layout import METADATA_FILE
 from hsbench.submission.metadata import read_metadata
 from hsbench.submission.read import Predictions, open_submission
@@ -23,28 +24,58 @@ from hsbench.tasks.spec import TaskSpec
 ALL_SPLITS = "all"
 
 
+def check_on(predictions: str | Path, spec: TaskSpec, data: Dataset, *, allow_missing: bool = False) -> list[str]:
+    """Every fault of a submission to a task over the episodes of ``data``; reads no truth."""
+    inputs = replace(data, truth=False, frames=False).episode
+    return check(
+        predictions,
+        spec.on(data.name),
+        data.episode_ids,
+        allow_missing=allow_missing,
+        inputs=inputs,
+        durations_s=_durations_s(data),
+    )
+
+
 def score(task_name: str, predictions: str | Path, data: Dataset, *, allow_missing: bool = False) -> Report:
     """The report of a submission to a task, over every episode of ``data``, whose truth is read here.
 
-    predictions: a folder or a zip. Raises SubmissionError listing every fault; DataError where an episode has no truth
-    for the task; SchemaError for an unknown task.
+    predictions: a folder or a zip; answers at earlier times give the report its curve. Raises SubmissionError listing
+    every fault; DataError where an episode has no truth for the task; SchemaError for an unknown task.
     """
-    spec = task(task_name)
-    inputs = replace(data, truth=False, frames=False).episode
-    check_or_raise(predictions, spec, data.episode_ids, allow_missing=allow_missing, inputs=inputs)
+    spec = task(task_name).on(data.name)
+    if faults := check_on(predictions, spec, data, allow_missing=allow_missing):
+        raise SubmissionError(faults)
     description = data.description
     splits = {row["split"] for row in data.rows}
     with open_submission(predictions) as files:
         metadata, _ = read_metadata(files.read(METADATA_FILE), spec)
         assert metadata is not None  # checked above
-        return score_episodes(
-            _truths(data, spec),
-            Predictions(files, spec),
+        return watched_report(
+            _watched(data, Predictions(files, spec), spec),
             spec=spec,
             dataset=DatasetRef(description["name"], description["splits_version"], data.manifest_sha256),
             split=(splits.pop() if len(splits) == 1 else "") or ALL_SPLITS,
             method=metadata,
         )
+
+
+def _watched(data: Dataset, answers: Predictions, spec: TaskSpec) -> Iterator[Watched]:
+    """The rows of every episode; its truth is read once for all its answers."""
+    times, durations_s = answers.earlier_s(data.episode_ids), _durations_s(data)
+    for episode_id, scene_id, truth in _truths(data, spec):
+        duration_s = durations_s[episode_id]
+        whole = episode_row(episode_id, scene_id, truth, answers.get(episode_id), spec)
+        earlier = {
+            observed_s: episode_row(episode_id, scene_id, truth, answers.get(episode_id, observed_s), spec)
+            for observed_s in times
+            if observed_s < duration_s
+        }
+        yield Watched(whole, duration_s, earlier)
+
+
+def _durations_s(data: Dataset) -> dict[str, float]:
+    return {row["episode_id"]: row["duration_s"] for row in data.rows}
 
 
 def _truths(data: Dataset, spec: TaskSpec) -> Iterator[tuple[str, str, Any]]:

@@ -5,13 +5,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any, Protocol
 
 import hsbench
 from hsbench.errors import SchemaError
+from hsbench.evaluation.code_hash import code_sha256
+from hsbench.evaluation.observation import Watched, curve_of
 from hsbench.evaluation.pooled import scenes_of, summarise
-from hsbench.evaluation.report import DatasetRef, EpisodeRow, Primary, Provenance, Report, ReportCounts
+from hsbench.evaluation.report import DatasetRef, EpisodeRow, Primary, Provenance, Report, ReportCounts, split_sha256
 from hsbench.evaluation.scorers import scorer
 from hsbench.metrics.bootstrap import LEVEL, REPLICATES
 from hsbench.submission.metadata import Metadata
@@ -68,8 +71,29 @@ def split_report(
     seed: int = 0,
     replicates: int = REPLICATES,
 ) -> Report:
-    """Join rows, in any order, into the report of a split. Raises SchemaError for no row or one episode twice."""
-    ordered = tuple(sorted(rows, key=lambda row: row.episode_id))
+    """Join rows, in any order, into the report of a split, without a curve. Raises as ``watched_report``."""
+    whole = (Watched(row, math.inf, {}) for row in rows)
+    return watched_report(
+        whole, spec=spec, dataset=dataset, split=split, method=method, seed=seed, replicates=replicates
+    )
+
+
+def watched_report(
+    episodes: Iterable[Watched],
+    *,
+    spec: TaskSpec,
+    dataset: DatasetRef,
+    split: str,
+    method: Metadata,
+    seed: int = 0,
+    replicates: int = REPLICATES,
+) -> Report:
+    """Join the rows of episodes, in any order, into the report of a split, with its curve where answers are earlier.
+
+    Raises SchemaError for no episode, one twice, or answers at other times than those of the other episodes.
+    """
+    watched = sorted(episodes, key=lambda episode: episode.whole.episode_id)
+    ordered = tuple(episode.whole for episode in watched)
     if not ordered:
         raise SchemaError(f"split {split!r} holds no episode to score")
     metrics = summarise(ordered, spec.name, seed=seed, replicates=replicates)
@@ -86,5 +110,14 @@ def split_report(
         metrics=metrics,
         counts=ReportCounts(len(ordered) - missing, missing, primary.undefined_episodes, len(scenes_of(ordered))),
         episodes=ordered,
-        provenance=Provenance(hsbench.__version__, scorer(spec.name).version, seed, replicates, LEVEL),
+        curve=curve_of(watched, spec, seed=seed, replicates=replicates),
+        provenance=Provenance(
+            hsbench.__version__,
+            scorer(spec.name).version,
+            code_sha256(),
+            split_sha256(ordered),
+            seed,
+            replicates,
+            LEVEL,
+        ),
     )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from functools import partial
+from math import inf
 from pathlib import Path
 
 from hsbench.errors import DataError, SubmissionError
@@ -27,18 +28,20 @@ def check(
     *,
     allow_missing: bool = False,
     inputs: Inputs | None = None,
+    durations_s: Mapping[str, float] | None = None,
 ) -> list[str]:
     """Every fault of a submission; empty where it may be scored.
 
     path: a folder or a zip. episode_ids: the episodes of the split. allow_missing: an episode without prediction is
     then no fault (the scorer counts it as the task's missing answer). inputs: for what must fit them, such as one
-    label a pose; without it that is not checked.
+    label a pose. durations_s: of the episodes: after its end, an episode has its whole answer alone; before, it has an
+    answer at each time at which another has one. What is not given is not checked against.
     """
     if (Path(path) / DATASET_FILE).is_file():
         return [f"{path} is a data set, not a submission (are the two arguments swapped?)"]
     try:
         with open_submission(path) as files:
-            return _faults(files, task, episode_ids, allow_missing, inputs)
+            return _faults(files, task, episode_ids, allow_missing, inputs, durations_s or {})
     except DataError as error:
         return [str(error)]
 
@@ -63,6 +66,7 @@ def _faults(
     episode_ids: Sequence[str],
     allow_missing: bool,
     inputs: Inputs | None,
+    durations_s: Mapping[str, float],
 ) -> list[str]:
     names = frozenset(files.names)
     known = frozenset(episode_ids)
@@ -72,13 +76,27 @@ def _faults(
     if not allow_missing:
         complete = (prediction_file(task, episode_id) for episode_id in episode_ids)
         faults.extend(f"{name}: missing" for name in complete if name not in names | files.refused)
+        faults.extend(_missing_moments(expected, names | files.refused, durations_s))
     allowed = {METADATA_FILE, *expected}
     faults.extend(_unexpected(name, task, known) for name in files.names if name not in allowed)
     for name, (episode_id, moment) in expected.items():
-        if name in names:
+        if name in names and moment is not None and moment >= durations_s.get(episode_id, inf):
+            ends = f"the episode ends after {durations_s[episode_id]:g} s; then its answer is the file without '@'"
+            faults.append(f"{name!r}: unexpected file ({ends})")
+        elif name in names:
             episode = None if inputs is None else partial(_seen, inputs, episode_id, moment)
             faults.extend(_prediction_faults(files, name, task, episode))
     return faults
+
+
+def _missing_moments(
+    expected: Mapping[str, tuple[str, float | None]], present: frozenset[str], durations_s: Mapping[str, float]
+) -> Iterator[str]:
+    """Answers that one episode lacks at a time before its end, and another has."""
+    moments = {moment for name, (_, moment) in expected.items() if moment is not None and name in present}
+    for name, (episode_id, moment) in expected.items():
+        if moment in moments and name not in present and moment < durations_s.get(episode_id, 0.0):
+            yield f"{name}: missing (other episodes have an answer after {moment:g} s)"
 
 
 def _metadata_faults(files: SubmissionFiles, task: SubmittedTask) -> list[str]:

@@ -11,6 +11,7 @@ from typing import Any
 from hsbench.errors import DataError, SchemaError, SubmissionError
 from hsbench.io.arrays import npz_bytes
 from hsbench.io.atomic import atomic_folder, json_bytes
+from hsbench.io.dataset_index import require_outside
 from hsbench.schema.episode import check_id
 from hsbench.submission.layout import METADATA_FILE, PREDICTIONS_FOLDER, SubmittedTask, prediction_file
 from hsbench.submission.metadata import Metadata, read_metadata
@@ -20,7 +21,7 @@ class SubmissionWriter:
     """Builds a submission episode by episode; use it in a ``with`` statement, or call ``finish``.
 
     An exception inside the ``with`` leaves nothing behind. Raises SubmissionError at once where the metadata would
-    not pass the check, and DataError where ``path`` exists and ``replace`` is False.
+    not pass the check, and DataError where ``path`` exists and ``replace`` is False, or lies inside of a data set.
     """
 
     def __init__(self, path: str | Path, task: SubmittedTask, metadata: Metadata, *, replace: bool = False) -> None:
@@ -29,6 +30,7 @@ class SubmissionWriter:
         _, faults = read_metadata(encoded, task)
         if faults:
             raise SubmissionError(faults)
+        require_outside(path)
         if replace:
             refuse_foreign(path)
         self._open = ExitStack()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import stat
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Protocol
@@ -76,6 +76,14 @@ class Predictions:
         self._files = files
         self._names = frozenset(files.names)
         self._task = task
+
+    def earlier_s(self, episode_ids: Sequence[str]) -> tuple[float, ...]:
+        """Observation times before the last at which any of these episodes has a prediction, ascending."""
+        return tuple(
+            observed_s
+            for observed_s in self._task.observation_times_s[:-1]
+            if any(prediction_file(self._task, episode_id, observed_s) in self._names for episode_id in episode_ids)
+        )
 
     def get(self, episode_id: str, until_s: float | None = None) -> Any | None:
         """The prediction of an episode, None where there is none. Raises DataError where its file has a fault."""

@@ -1,6 +1,7 @@
 """Task ``affordance-view``: what the surface point that a pixel shows affords, on the empty room at t0.
 
-A prediction file holds ``probability`` float32 (3, rows, columns) of the camera's image; see ``probability_maps``.
+A prediction file holds ``probability`` float32 (3, rows, columns) of the camera's image; see ``probability_maps``. Of a
+360 camera that is the whole panorama: a method that works on perspective patches stitches its answers first.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def misfits(arrays: Mapping[str, AnyArray], episode: Episode) -> list[str]:
 AFFORDANCE_VIEW = TaskSpec(
     name="affordance-view",
     version="0",
-    datasets=("timelapse-activity",),
+    datasets=("timelapse-activity", "activity-360"),
     title="Affordance in a camera's view: where one can walk, sit and use things",
     inputs=("sensor", "frames.rgb", "frames.timestamp_ns", "poses"),
     tracks=(*TRACKS, "oracle-poses", "oracle-geometry"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -44,10 +44,10 @@ class TaskSpec:
     datasets: those it is scored on, each a board of its own. inputs: names of what a method may see. tracks: which of
     it a submission may say it used. grid: of the prediction, in the episode frame, None where it is on none.
     mask: what counts, in words. primary_metric: a key of the report's metrics; direction: which way is better.
-    observation_times_s: ascending seconds after t0; a board's number is at the last; empty where an answer is for the
-    whole observation alone. controls: the methods without real activity that a claim must beat.
-    missing_answer: what an episode without prediction counts as. dummy: an episode -> a valid prediction of nothing,
-    from which templates are made.
+    observation_times_s: ascending seconds after t0 on the first of its data sets (``on`` has those of another); a
+    board's number is at the last; empty where an answer is for the whole observation alone. controls: the methods
+    without real activity that a claim must beat. missing_answer: what an episode without prediction counts as. dummy:
+    an episode -> a valid prediction of nothing, from which templates are made.
     """
 
     name: str
@@ -71,3 +71,9 @@ class TaskSpec:
         times = self.observation_times_s
         if times and (times[0] <= 0 or any(a >= b for a, b in pairwise(times))):
             raise SchemaError(f"task {self.name}: observation_times_s {times} do not ascend from above 0")
+
+    def on(self, dataset: str) -> TaskSpec:
+        """The task on a data set of a name: with the observation times there; data of one's own have the usual ones."""
+        if not self.observation_times_s:
+            return self
+        return replace(self, observation_times_s=OBSERVATION_TIMES_S.get(dataset, self.observation_times_s))

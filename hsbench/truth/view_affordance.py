@@ -10,8 +10,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from hsbench.geometry.cameras import PinholeCamera
+from hsbench.geometry.cameras import CentralCamera, TopDownCamera
 from hsbench.geometry.transforms import apply
+from hsbench.schema.episode import Episode
 from hsbench.schema.motions import ObjectMotions
 from hsbench.schema.occupancy import VIEW_UNSCORED
 from hsbench.schema.scene import Scene
@@ -29,7 +30,7 @@ GLASS = ("window", "pane")  # category, and how the part's name begins
 
 
 def view_affordance(
-    scene: Scene, camera: PinholeCamera, world_T_camera: FloatArray, motions: ObjectMotions, t0_ns: int, end_ns: int
+    scene: Scene, camera: CentralCamera, world_T_camera: FloatArray, motions: ObjectMotions, t0_ns: int, end_ns: int
 ) -> UInt8Array:
     """(h, w) uint8 bits of ``Affordance`` at t0, with ``VIEW_UNSCORED`` where no score counts the pixel.
 
@@ -45,8 +46,24 @@ def view_affordance(
     return np.asarray(labels | np.where(void, VIEW_UNSCORED, 0).astype(np.uint8))
 
 
+def stored_view(episode: Episode) -> UInt8Array | None:
+    """What the pixels of an episode afford, as ``view_affordance`` gives it: as stored, or else from the stored scene.
+
+    None where the episode was loaded without truth, or holds neither that nor all of a scene, how its things move and
+    where its camera is.
+    """
+    truth = episode.truth
+    if truth is None or truth.view_affordance is not None:
+        return None if truth is None else truth.view_affordance
+    sensor = truth.sensor or episode.sensor
+    camera = sensor.camera
+    if truth.scene is None or truth.motions is None or sensor.height_m is None or isinstance(camera, TopDownCamera):
+        return None
+    return view_affordance(truth.scene, camera, sensor.world_T_camera, truth.motions, episode.t0_ns, episode.end_ns)
+
+
 def labelled_view(
-    found: AffordanceScene, camera: PinholeCamera, world_T_camera: FloatArray
+    found: AffordanceScene, camera: CentralCamera, world_T_camera: FloatArray
 ) -> tuple[UInt8Array, BoolArray]:
     """((h, w) uint8 bits of ``Affordance``, (h, w) bool void) of a scene in the world frame."""
     image = ray_image(found.scene, camera, world_T_camera)

@@ -25,12 +25,39 @@ img { max-width: 100%; height: auto; border-radius: 5px; display: block; }
 .note { max-width: none; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; width: 100%; margin: .8rem 0; }
 th, td { text-align: left; padding: .38rem .7rem; border-bottom: 1px solid var(--line); }
-td.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 svg text { fill: currentColor; font: 12px system-ui, sans-serif; }
 pre { overflow-x: auto; padding: .8rem 1rem; border: 1px solid var(--line); border-radius: 5px; font-size: .87rem; }
 .entry { white-space: nowrap; }
+h3 { margin: 1.8rem 0 .2rem; font-size: 1.02rem; }
+.figure strong { font-size: 2.6rem; font-variant-numeric: tabular-nums; margin-right: .5rem; }
+th[scope=row] { font-weight: 400; } .none { color: var(--faint); } .breaking td + td { overflow-wrap: anywhere; }
+.breaking td:first-child, .sortable td { white-space: nowrap; }
+.bars { width: auto; } .bars th + th, .bars td { min-width: 5.5rem; text-align: right; }
+.bar { display: block; height: 4px; margin-top: 3px; border-radius: 2px; background: var(--line); }
+.bar span { display: block; height: 100%; border-radius: 2px; background: #2678be; }
+summary { cursor: pointer; } th button { font: inherit; font-weight: 600; color: inherit; background: none; border: 0;
+  padding: 0; cursor: pointer; text-align: inherit; }
+th button::after { content: " \\2195"; color: var(--faint); }
+th[aria-sort=ascending] button::after { content: " \\2191"; }
+th[aria-sort=descending] button::after { content: " \\2193"; }
 .swatch { display: inline-block; width: .8em; height: .8em; border-radius: 2px; margin: 0 .3em 0 .9em; }
 """
+
+
+SORT = """
+for (const button of document.querySelectorAll("th button")) button.onclick = () => {
+  const head = button.closest("th"), body = head.closest("table").tBodies[0], k = head.cellIndex;
+  const down = head.getAttribute("aria-sort") === "descending";
+  for (const other of head.parentNode.cells) other.removeAttribute("aria-sort");
+  head.setAttribute("aria-sort", down ? "ascending" : "descending");
+  const text = row => row.cells[k].textContent, sign = down ? 1 : -1;
+  const differ = (a, b) => isNaN(a) || isNaN(b) ? a.localeCompare(b) : a - b;
+  const order = (a, b) => a === "-" ? 1 : b === "-" ? -1 : sign * differ(a, b);
+  body.append(...[...body.rows].sort((a, b) => order(text(a), text(b))));
+};
+"""
+"""Makes the heads of sortable tables sort: first the largest, then the smallest; undefined values stay last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +69,16 @@ class Figure:
     photo: bool = False
 
 
-def page(title: str, lead: str, body: Sequence[str]) -> str:
-    """A whole page from HTML pieces made by the functions below."""
+def page(title: str, lead: str, body: Sequence[str], script: str = "") -> str:
+    """A whole page from HTML pieces made by the functions below; ``script`` is ours, never a reader's text."""
+    end = f"\n<script>{script}</script>" if script else ""
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{html.escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
         f'<h1>{html.escape(title)}</h1>\n<p class="lead">{html.escape(lead)}</p>\n'
         + "\n".join(body)
+        + end
         + "\n</body>\n</html>\n"
     )
 
@@ -98,9 +127,29 @@ def _figure(item: Figure) -> str:
     )
 
 
-def table(columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    """A table; ``numbers`` are the columns aligned to the right."""
-    head = "".join(f'<th scope="col">{html.escape(c)}</th>' for c in columns)
+def details(summary: str, content: str) -> str:
+    """A piece of the page that opens on a click."""
+    return f"<details><summary>{html.escape(summary)}</summary>{content}</details>"
+
+
+def table(
+    columns: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    numbers: Sequence[int] = (),
+    sortable: bool = False,
+    breaking: bool = False,
+) -> str:
+    """A table; ``numbers`` are the columns aligned to the right.
+
+    sortable: heads are buttons, which need the script ``SORT``. breaking: long words may be broken.
+    """
+
+    def head(k: int, text: str) -> str:
+        kind = ' class="number"' if k in numbers else ""
+        inner = f'<button type="button">{html.escape(text)}</button>' if sortable and text else html.escape(text)
+        return f'<th scope="col"{kind}>{inner}</th>'
+
+    heads = "".join(head(k, text) for k, text in enumerate(columns))
     body = "".join(
         "<tr>"
         + "".join(
@@ -110,7 +159,9 @@ def table(columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequen
         + "</tr>"
         for row in rows
     )
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    kinds = [kind for kind, on in (("sortable", sortable), ("breaking", breaking)) if on]
+    kind = f' class="{" ".join(kinds)}"' if kinds else ""
+    return f'<div class="scroll"><table{kind}><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
 def interval_bars(

@@ -30,6 +30,35 @@ def test_a_template_is_checked_and_scores_nothing(name: str, rgbd: Path, tmp_pat
     assert run(["task", "template", name, *data, "--out", str(out), "--replace"]) == 0
 
 
+def test_a_template_with_times_gives_a_curve_and_all_files_beside_the_report(
+    rgbd: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, report = tmp_path / "template", tmp_path / "report.json"
+    data = ["--data", str(rgbd), "--split", "val"]
+    assert run(["task", "template", "scene-completion", *data, "--out", str(out), "--times"]) == 0
+    names = sorted(file.name for file in (out / "predictions").iterdir())
+    assert len(names) == 4  # 12 s an episode: after 5 s, and whole
+    assert names[1].removesuffix("@5s.npz") == names[0].removesuffix(".npz")
+    score = ["score", str(out), "--task", "scene-completion", *data, "--out"]
+    capsys.readouterr()
+    assert run([*score, str(report)]) == 0
+    shown = capsys.readouterr().out
+    assert [line.split()[:2] for line in shown.splitlines() if line.startswith(("  5 s", "  12 s", "  area"))] == [
+        ["5", "s"],
+        ["12", "s"],
+        ["area", "over"],
+    ]
+    assert [moment.observed_s for moment in read_report(report).curve.moments] == [5.0]
+    beside = {file: file.read_bytes() for file in (report.with_suffix(".parquet"), report.with_suffix(".html"))}
+    assert beside[report.with_suffix(".html")].startswith(b"<!doctype html>")
+    assert run([*score, str(report)]) == 0  # a report is replaced, with what is beside it, by the same bytes
+    assert beside == {file: file.read_bytes() for file in beside}
+    report.unlink()
+    assert run([*score, str(report)]) == 2
+    assert run([*score, str(tmp_path / "page.html")]) == 2
+    assert beside == {file: file.read_bytes() for file in beside}
+
+
 def test_labels_of_another_number_of_poses_are_a_fault(
     rgbd: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -51,6 +80,9 @@ def test_show_tells_every_metric(name: str, capsys: pytest.CaptureFixture[str]) 
     assert shown["metrics"] == list(metrics_of(name))
     assert shown["primary_metric"].split()[0] in shown["metrics"]
     assert shown["datasets"] == list(TASKS[name].datasets)
+    times = shown["observation_times_s"]
+    assert sorted(times) == sorted(shown["datasets"] if TASKS[name].observation_times_s else ())
+    assert all(tuple(times[data]) == TASKS[name].on(data).observation_times_s for data in times)
 
 
 def test_an_unknown_task_has_no_template(rgbd: Path, tmp_path: Path) -> None:
@@ -85,3 +117,19 @@ def test_own_data_are_scored_and_have_no_board(rgbd: Path, tmp_path: Path, capsy
     told = capsys.readouterr()
     assert "board add" not in told.out
     assert "next: hsbench compare" in told.out
+
+
+def test_tables_are_printed_and_written(rgbd: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, report = tmp_path / "template", tmp_path / "report.json"
+    data = ["--data", str(rgbd), "--split", "val"]
+    assert run(["task", "template", "scene-completion", *data, "--out", str(out)]) == 0
+    assert run(["score", str(out), "--task", "scene-completion", *data, "--out", str(report)]) == 0
+    capsys.readouterr()
+    assert run(["tables", str(report), "--data", str(rgbd), "--csv", str(tmp_path / "csv")]) == 0
+    shown = capsys.readouterr().out
+    assert "| template | poses |  |  |  |  | 0.000 | 0.000 |" in shown
+    assert "| rgbd-activity | val | 2 | 2 |" in shown
+    written = sorted(file.name for file in (tmp_path / "csv").iterdir())
+    assert len(written) == 11
+    assert (tmp_path / "csv" / "table-3.2.csv").read_text().splitlines()[1] == "template,poses,,,,,0.0,0.0"
+    assert run(["tables", str(tmp_path / "none.json")]) == 2

@@ -28,7 +28,9 @@ def test_the_numbers_of_the_specification() -> None:
     assert (PLAN.grid.shape, PLAN.grid.cell_m) == ((256, 256), 0.05)
     assert PLAN.observation_times_s == (60, 120, 300, 600, 1800, 3600)
     assert VIEW.observation_times_s == tuple(3600 * h for h in (0.25, 0.5, 1, 2, 4, 8, 12))
-    assert (PLAN.datasets, VIEW.datasets) == (("activity-360",), ("timelapse-activity",))
+    assert (PLAN.datasets, VIEW.datasets) == (("activity-360",), ("timelapse-activity", "activity-360"))
+    assert VIEW.on("activity-360").observation_times_s == PLAN.observation_times_s
+    assert VIEW.on("timelapse-activity") == VIEW.on("my-office") == VIEW
     assert PLAN.primary_metric == VIEW.primary_metric == "mean-iou"
 
 

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 from hsbench.errors import SchemaError
-from hsbench.geometry.cameras import PinholeCamera, world_T_camera
+from hsbench.geometry.cameras import EquirectangularCamera, PinholeCamera, world_T_camera
 from hsbench.geometry.rays import cast, pack_solids
 from hsbench.geometry.transforms import apply, planar
-from hsbench.schema import EpisodeTruth, ObjectMotions, Scene
+from hsbench.schema import Episode, EpisodeTruth, ObjectMotions, Scene, Sensor
+from hsbench.schema.episode import FrameList
 from hsbench.schema.motions import Move
 from hsbench.schema.occupancy import VIEW_UNSCORED
 from hsbench.schema.states import Affordance
 from hsbench.truth.affordance import afford, top_down
-from hsbench.truth.view_affordance import SCORED, labelled_view, view_affordance
+from hsbench.truth.view_affordance import SCORED, labelled_view, stored_view, view_affordance
 from hsbench.typing import BoolArray, FloatArray, UInt8Array
 from tests.unit.synth.living_rooms import chair, living_room, room, sofa, table, wardrobe
 
 CAMERA = PinholeCamera(160, 120, 90.0, 90.0, 80.0, 60.0)
+LEVEL = world_T_camera(0.0, 0.0)
 POSE = planar(0.3, 0.3, 0.8) @ world_T_camera(2.1, 0.5)
 ROOM = room(
     4.4, 4.0, sofa(10, 3.9, 2.4, -np.pi / 2), wardrobe(11, 1.2, 3.68, 0.0), table(13, 2.2, 2.0, 0.2),
@@ -151,3 +154,32 @@ def test_what_is_elsewhere_for_more_than_half_is_not_scored_where_labels_differ(
 def test_truth_of_a_view_is_checked() -> None:
     with pytest.raises(SchemaError, match=r"view_affordance has dtype int64; expected uint8"):
         EpisodeTruth(view_affordance=np.zeros((2, 3), dtype=np.int64))
+
+
+def test_a_panorama_shows_what_a_picture_from_the_same_place_shows() -> None:
+    """Each pixel of the picture against the pixel of the panorama that its ray goes through, but at edges."""
+    around = EquirectangularCamera(2048, 1024)
+    found, void = labels()
+    panorama, panorama_void = labelled_view(afford(ROOM), around, planar(*POSE[:2, 3], 0.0, POSE[2, 3]) @ LEVEL)
+    directions = (CAMERA.rays() @ POSE[:3, :3].T) @ LEVEL[:3, :3]
+    pixels, _ = around.project(directions)
+    row, column = pixels[..., 1].astype(int), pixels[..., 0].astype(int)
+    assert (panorama[row, column] == found).mean() > 0.97
+    assert (panorama_void[row, column] == void).mean() > 0.99
+    assert {int(v) for v in np.unique(found)} <= {int(v) for v in np.unique(panorama)}
+
+
+def test_a_stored_view_goes_before_one_from_the_scene() -> None:
+    sensor = Sensor("monocular", CAMERA, 2.1, 0.5)
+    truth = EpisodeTruth(scene=ROOM, motions=ObjectMotions.none())
+    episode = Episode("ep", "lab", sensor, FrameList(), None, 0, 10 * S, truth=truth)
+    computed = view_affordance(ROOM, CAMERA, sensor.world_T_camera, ObjectMotions.none(), 0, 10 * S)
+    assert np.array_equal(stored_view(episode), computed)
+    stored = np.full((120, 160), 2, dtype=np.uint8)
+    kept = replace(episode, truth=replace(truth, view_affordance=stored))
+    assert stored_view(kept) is stored
+    unplaced = replace(sensor, height_m=None)
+    assert np.array_equal(stored_view(replace(episode, sensor=unplaced, truth=replace(truth, sensor=sensor))), computed)
+    for less in (replace(episode, sensor=unplaced), replace(episode, truth=replace(truth, motions=None))):
+        assert stored_view(less) is None
+    assert stored_view(replace(episode, truth=None)) is None
