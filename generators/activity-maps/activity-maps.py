@@ -34,7 +34,7 @@ def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
     maps = settings(MapConfig, config["maps"], "maps")
     seeds, families = unit.seeds.child("room"), NOVEL_FAMILIES if novel else COMMON_FAMILIES
     if unit.seeds.rng("home").random() < maps.home_share:
-        templates = tuple(TEMPLATES) if novel else COMMON_TEMPLATES
+        templates = NOVEL_TEMPLATES if novel else COMMON_TEMPLATES
         home = HomeConfig(room=RoomConfig(templates=even_weights(templates)))
         scene = build_home(unit.scene_id, seeds, home, families)
     else:
@@ -45,7 +45,7 @@ def build(config: Mapping[str, Any], unit: Unit) -> Iterator[Episode]:
         unit,
         "activity-maps",
         scene,
-        settings(PlanarLifeConfig, config["life"], "life"),
+        settings(PlanarLifeConfig, {**config["life"], **(config["novel-life"] if novel else {})}, "life"),
         settings(SphereErrors, config["errors"], "errors"),
         maps,
     )

@@ -24,7 +24,7 @@ from hsbench.synth.furniture import COMMON_FAMILIES, NOVEL_FAMILIES
 from hsbench.synth.placement import SphereConfig, place_sphere
 from hsbench.synth.recipes import Unit, is_watched_long
 from hsbench.synth.rgbd import RgbdSettings
-from hsbench.synth.rooms import COMMON_TEMPLATES, TEMPLATES, HomeConfig, RoomConfig, build_home
+from hsbench.synth.rooms import COMMON_TEMPLATES, NOVEL_TEMPLATES, HomeConfig, RoomConfig, build_home
 from hsbench.synth.rooms.templates import even_weights
 from hsbench.synth.seeds import Seeds
 from hsbench.truth.walkable import WalkMap
@@ -78,7 +78,7 @@ class PanoramaSettings:
         """A furnished room or home of a unit, or the imported scene."""
         if self.common.imported is not None or seeds.rng("home").random() >= self.panorama.home_share:
             return self.common.scene(scene_id, seeds.child("room"))
-        templates = tuple(TEMPLATES) if self.novel else COMMON_TEMPLATES
+        templates = NOVEL_TEMPLATES if self.novel else COMMON_TEMPLATES
         home = HomeConfig(room=RoomConfig(templates=even_weights(templates)))
         return build_home(scene_id, seeds.child("room"), home, NOVEL_FAMILIES if self.novel else COMMON_FAMILIES)
 
