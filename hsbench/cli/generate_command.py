@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import click
+from tqdm import tqdm
 
 from hsbench.cli.common import FOLDER, next_step, progress
 from hsbench.errors import HsbenchError
 
 if TYPE_CHECKING:
-    from hsbench.synth.generate import Job
+    from hsbench.io.splits import Splits
+    from hsbench.synth.executors import Executor
+    from hsbench.synth.generate import Job, Made
+
+POSITIVE = click.FloatRange(min=0, min_open=True)
 
 
 @click.command(
@@ -31,6 +37,26 @@ if TYPE_CHECKING:
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True)
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 @click.option(
+    "--threads", type=click.IntRange(min=1), default=1, show_default=True, help="Of each process, that draw people."
+)
+@click.option(
+    "--shard",
+    metavar="I/N",
+    help="Only part I of N, from 1/N to N/N: for job arrays, each with its own --out; see merge.",
+)
+@click.option(
+    "--dask", metavar="ADDRESS", help="Workers of this Dask scheduler, in place of processes of this machine."
+)
+@click.option("--unit-timeout", type=POSITIVE, metavar="S", help="A scene that takes longer fails.")
+@click.option("--memory", type=POSITIVE, metavar="GB", help="Of each process; a scene that asks for more fails.")
+@click.option(
+    "--keep-going/--fail-fast",
+    default=True,
+    show_default=True,
+    help="After a scene that fails: make the others, or stop.",
+)
+@click.option("--verbose", is_flag=True, help="A line for each scene that is done.")
+@click.option(
     "--frames",
     metavar="all|every:N|reference|none",
     default="all",
@@ -47,6 +73,13 @@ def command(
     out: Path,
     seed: int,
     workers: int,
+    threads: int,
+    shard: str | None,
+    dask: str | None,
+    unit_timeout: float | None,
+    memory: float | None,
+    keep_going: bool,
+    verbose: bool,
     frames: str,
     preview: bool,
     renderer: Literal["auto", "pyrender", "raycast"],
@@ -56,34 +89,79 @@ def command(
     Scenes, motion, truth and poses follow from recipe, seed and scene number alone, on any machine and with any
     number of workers. A stopped run goes on where it was when the same command is given again.
     """
-    from hsbench.io.splits import read_splits
-    from hsbench.synth.generate import Job, episode_id, generate
+    from hsbench.synth.executors import Cluster, local
+    from hsbench.synth.generate import Job, missing_units
+    from hsbench.synth.limits import Limits
     from hsbench.synth.recipes import find_recipe
 
-    units = read_splits(find_recipe(recipe).name).numbers(size, split)[parse_slice(episodes)]
+    if dask is not None and (workers != 1 or memory is not None):
+        raise click.UsageError("--dask takes the cluster's workers and their memory; leave out --workers and --memory")
+    splits = find_recipe(recipe).splits
+    units = tuple(splits.numbers(size, split)[parse_slice(episodes)][parse_shard(shard)])
     if not units:
-        raise HsbenchError(
-            f"--episodes {episodes} chooses nothing of size {size}" + (f", split {split}" if split else "")
-        )
-    job = Job(recipe, seed, tuple(units), frames, renderer)
+        options = (("--episodes", episodes), ("--shard", shard))
+        chosen = " ".join(f"{option} {value}" for option, value in options if value is not None)
+        raise HsbenchError(f"{chosen} chooses nothing of size {size}" + (f", split {split}" if split else ""))
+    job = Job(recipe, seed, units, frames, renderer, splits.version, threads)
     if preview:
         _preview(job, out)
         return
-    firsts = {episode_id(find_recipe(recipe).name, number) for number, _ in units}
-    made: list[str] = []
-    for _ in progress(
-        (i for i in _noted(generate(job, out, workers), made) if i in firsts), len(units), "generate", "scene"
-    ):
-        pass
-    click.echo(f"{out}: {len(units)} scenes ({len(made)} episodes made now)")
-    next_step("verify", out)
+    missing = len(missing_units(job, out))
+    least = min(workers, max(missing, 1))
+    executor = local(least, Limits(unit_timeout, memory)) if dask is None else Cluster(dask, unit_timeout)
+    _tell_cost(job, out, splits, missing, least if dask is None else None)
+    _run(job, out, executor, missing, keep_going, verbose)
+    if shard is None:
+        next_step("verify", out)
+    else:
+        next_step("merge", out, other=" OTHERS... --out DIR")
 
 
-def _noted(names: Iterable[str], into: list[str]) -> Iterator[str]:
-    """Pass names on, keeping them."""
-    for name in names:
-        into.append(name)
-        yield name
+def _run(job: Job, out: Path, executor: Executor, missing: int, keep_going: bool, verbose: bool) -> None:
+    """Make the units with a progress bar, and say what was done."""
+    from hsbench.synth.cost import BYTES_PER_MB, lasting, sized
+    from hsbench.synth.generate import make_units, raise_failures
+
+    done: list[Made] = []
+    began_s = time.monotonic()
+    for made in progress(make_units(job, out, executor, keep_going), missing, "generate", "scene"):
+        done.append(made)
+        if verbose:
+            tqdm.write(_line(made, len(done), missing), file=sys.stdout)
+    count, size_mb = sum(len(m.episode_ids) for m in done), sum(m.size_bytes for m in done) / BYTES_PER_MB
+    took = f" in {lasting(time.monotonic() - began_s)}, {sized(size_mb)}" if count else ""
+    failed = [made for made in done if made.error is not None]
+    failures = f", {len(failed)} scenes failed" if failed else ""
+    click.echo(f"{out}: {len(job.units)} scenes ({count} episodes made now){took}{failures}")
+    raise_failures(failed)
+
+
+def _line(made: Made, position: int, count: int) -> str:
+    from hsbench.synth.cost import BYTES_PER_MB, sized
+
+    if made.error is not None:
+        return f"failed ({position} of {count}): {made.error}"
+    return (
+        f"{made.episode_ids[0]} ({position} of {count}): {made.time_s:.1f} s, {sized(made.size_bytes / BYTES_PER_MB)}"
+    )
+
+
+def _tell_cost(job: Job, out: Path, splits: Splits, missing: int, workers: int | None) -> None:
+    """Say what each size and this run cost, where that is known. Raises DataError where the disk has no room."""
+    from hsbench.synth.cost import lasting, require_room, sized, unit_cost
+    from hsbench.synth.recipes import find_recipe
+
+    cost = unit_cost(find_recipe(job.recipe), job.frames)
+    if cost is None or not missing:
+        return
+    for size in splits.scenes:
+        count = len(splits.numbers(size))
+        whole = cost.times(count)
+        click.echo(f"size {size}: {count} scenes, {sized(whole.size_mb)}, {lasting(whole.time_s)} of one process")
+    run = cost.times(missing)
+    here = "" if workers is None else f", about {lasting(run.time_s / workers)} here"
+    click.echo(f"this run: {missing} scenes, {sized(run.size_mb)}{here}")
+    require_room(out, run.size_mb)
 
 
 def _preview(job: Job, out: Path) -> None:
@@ -107,3 +185,13 @@ def parse_slice(text: str | None) -> slice:
     except ValueError:
         raise HsbenchError(f"--episodes is {text!r}; expected A:B with whole numbers, such as 0:10") from None
     return slice(start, stop)
+
+
+def parse_shard(text: str | None) -> slice:
+    """``I/N`` as a slice: every N-th from the I-th on, counted from 1. Raises HsbenchError for anything else."""
+    if text is None:
+        return slice(None)
+    part, _, count = text.partition("/")
+    if not (part.isascii() and part.isdigit() and count.isascii() and count.isdigit() and 1 <= int(part) <= int(count)):
+        raise HsbenchError(f"--shard is {text!r}; expected I/N with I from 1 to N, such as 1/8")
+    return slice(int(part) - 1, None, int(count))

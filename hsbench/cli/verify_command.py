@@ -20,17 +20,21 @@ if TYPE_CHECKING:
     short_help="check a data set's files and contents, or the scene generator",
 )
 @click.argument("data", type=FOLDER, required=False)
+@click.option(
+    "--against-recipe", type=click.IntRange(min=1), metavar="N", help="Make N random scenes of DATA again and compare."
+)
+@click.option("--recipe", type=FOLDER, metavar="DIR", help="Of data made from a recipe of one's own.")
 @click.option("--scenes", type=click.IntRange(min=1), metavar="N", help="Build and examine N generated scenes instead.")
 @click.option("--lives", type=click.IntRange(min=1), metavar="N", help="Simulate and measure life in N homes instead.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of scenes and lives.")
-@click.option(
-    "--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes for scenes and lives."
-)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of scenes, lives and choices.")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes for what is made.")
 @json_option
 @click.pass_context
 def command(
     context: click.Context,
     data: Path | None,
+    against_recipe: int | None,
+    recipe: Path | None,
     scenes: int | None,
     lives: int | None,
     seed: int,
@@ -39,12 +43,20 @@ def command(
 ) -> None:
     """Check DATA: every file against its sha256, every episode against the schema. Lists every fault, and repairs.
 
+    With --against-recipe N: make N random scenes of DATA again, and compare all but pictures by hash, and pictures by
+    statistics.
     With --scenes N: build N homes, offices and single rooms, and check what the generator promises of them.
     With --lives N: let three persons live for ten minutes in each of N homes, and check what is promised of that.
     """
     if sum(given is not None for given in (data, scenes, lives)) != 1:
         raise HsbenchError("verify takes a data set, --scenes N or --lives N, one of them")
-    if data is not None:
+    if against_recipe is not None:
+        if data is None:
+            raise click.UsageError("--against-recipe takes a data set: hsbench verify DATA --against-recipe N")
+        sound = _verify_against_recipe(
+            data, against_recipe, seed, workers, None if recipe is None else str(recipe), as_json
+        )
+    elif data is not None:
         sound = _verify_data(data, as_json)
     elif scenes is not None:
         sound = _verify_scenes(scenes, seed, workers, as_json)
@@ -68,7 +80,24 @@ def _verify_data(data: Path, as_json: bool) -> bool:
             click.echo(f"fault: {fault.text}", err=True)
         for repair in repairs:
             click.echo(f"repair: {repair}")
-        click.echo(f"{data}: {count} episodes, {len(faults)} faults")
+        click.echo(f"{data}: {count} episodes, {len(faults)} fault{'' if len(faults) == 1 else 's'}")
+    return not faults
+
+
+def _verify_against_recipe(data: Path, count: int, seed: int, workers: int, recipe: str | None, as_json: bool) -> bool:
+    from hsbench.synth.executors import local
+    from hsbench.synth.remake import is_of_this_version, remade_faults
+
+    if not is_of_this_version(data, recipe):
+        click.echo(f"note: another version of the recipe or of hsbench made {data}", err=True)
+    found = list(progress(remade_faults(data, count, seed, local(workers), recipe), count, "make again", "scene"))
+    faults = [fault for of_unit in found for fault in of_unit]
+    if as_json:
+        print_json({"data": str(data), "scenes_made_again": len(found), "faults": faults})
+    else:
+        for fault in faults:
+            click.echo(f"fault: {fault}", err=True)
+        click.echo(f"{data}: {len(found)} scenes made again, {len(faults)} faults")
     return not faults
 
 

@@ -17,6 +17,7 @@ from typing import Any
 from hsbench.errors import DataError, SchemaError
 from hsbench.io.resources import resource
 from hsbench.io.scene_folder import SCENE_FILE, SCENE_FILES
+from hsbench.io.splits import Splits, read_splits, splits_in
 from hsbench.io.strict_json import read_json
 from hsbench.schema.episode import Episode
 from hsbench.synth.render import Renderer
@@ -25,6 +26,7 @@ from hsbench.typing import IntArray
 
 SPLIT_STRIDE = 1000  # splits begin at multiples of it
 IMPORTED_SPLIT = "test-novel"
+SPLITS_FILE = "splits.json"
 ENGINE_PACKAGES = ("geometry", "schema", "io", "truth", "synth")
 
 
@@ -92,6 +94,12 @@ class Recipe:
     build: Callable[[Mapping[str, Any], Unit], Iterator[Episode]]
     imported: str | None = None
 
+    @property
+    def splits(self) -> Splits:
+        """``splits.json`` of the folder, else the bundled splits of that name. Raises DataError if there are none."""
+        own = self.folder / SPLITS_FILE
+        return splits_in(own) if own.is_file() else read_splits(self.name)
+
     def known_as(self, number: int, split: str) -> tuple[str, str]:
         """(scene id, split) of a unit in the index. An imported room is one scene, and new to whoever trained."""
         return (scene_id(number), split) if self.imported is None else (self.imported, IMPORTED_SPLIT)
@@ -103,9 +111,9 @@ def find_recipe(name_or_path: str) -> Recipe:
 
     Raises DataError if there is none, or it lacks ``<name>.py``, ``config.toml`` or a function ``build``.
     """
-    folder = Path(name_or_path)
-    if not folder.is_dir():
-        folder = resource("generators") / name_or_path
+    folder, bundled = Path(name_or_path), resource("generators") / name_or_path
+    if bundled.is_dir() and not (folder / f"{folder.name}.py").is_file():  # a data set here may have a recipe's name
+        folder = bundled
     if not folder.is_dir():
         known = sorted(p.name for p in resource("generators").iterdir() if p.is_dir())
         raise DataError(f"recipe {name_or_path!r} is neither a folder nor one of {', '.join(known)}")

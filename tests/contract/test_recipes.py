@@ -25,7 +25,7 @@ from hsbench.tasks import TASKS
 RECIPES = sorted(p.name for p in resource("generators").iterdir() if p.is_dir() and not p.name.startswith((".", "_")))
 MAX_LINES = 200  # docs/architecture.md
 recipes = pytest.mark.parametrize("name", RECIPES)
-LONG = ("timelapse-activity", "all-sensors")  # hours of life, or many cameras
+LONG = ("timelapse-activity", "all-sensors", "activity-360", "pairs")  # minutes of work
 RUNS = [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in RECIPES]
 
 
@@ -115,3 +115,9 @@ def test_a_mini_data_set_loads_and_verifies_clean(name: str, tmp_path: Path) -> 
     assert np.mean(lived_in) > 0.9  # in a home, the camera may see nobody
     assert bool(styles[True]) == any(split == "test-novel" for _, split in job.units)
     assert not styles[True] & styles[False]  # test-novel is new
+
+
+def test_a_data_set_with_the_name_of_a_recipe_does_not_hide_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rgbd-activity").mkdir()
+    assert find_recipe("rgbd-activity").folder == (resource("generators") / "rgbd-activity").resolve()

@@ -143,7 +143,7 @@ def test_a_kill_costs_the_unit_under_way_and_no_byte_differs_afterwards(
     assert left[0].endswith(".part")
     (begun,) = (out / "episodes" / left[0]).iterdir()
     assert begun.name.startswith(f".{second}.")
-    assert (begun / "recording" / "patches.parquet").exists()
+    assert (begun / "recording" / "patches.zst").exists()
     assert not (begun / "manifest.json").exists()
     with pytest.raises(DataError, match="was its generation stopped"):
         load(out)
