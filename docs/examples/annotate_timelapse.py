@@ -24,7 +24,7 @@ from hsbench.datasets.annotation.labels import NAMES, bits_of
 from hsbench.datasets.annotation.overlay import overlaid
 from hsbench.datasets.annotation.view import carried
 from hsbench.datasets.dataset import load
-from hsbench.datasets.importers.pose_captures import add_captures
+from hsbench.datasets.importers.capture_set import add_captures
 from hsbench.geometry.transforms import apply, invert, planar
 from hsbench.io.frame_store import Film
 from hsbench.schema.episode import NS_PER_S, Episode, Frame, FrameList

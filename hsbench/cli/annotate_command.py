@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hsbench.cli.common import FOLDER, json_option, print_json
+from hsbench.cli.common import FOLDER, json_option, new_file, next_step, print_json
 
 if TYPE_CHECKING:
     from hsbench.datasets.annotation.homography import Quality
@@ -60,7 +60,7 @@ def view(
     from hsbench.datasets.annotation.label_files import read_labels
     from hsbench.datasets.annotation.labels import bits_of
     from hsbench.datasets.annotation.overlay import overlaid
-    from hsbench.datasets.annotation.store import check_unlabelled, open_capture, store_truth
+    from hsbench.datasets.annotation.store import check_unlabelled, drawn_record, open_capture, store_truth
     from hsbench.datasets.annotation.view import annotated_picture, transfer
     from hsbench.errors import DataError
     from hsbench.io.atomic import write_bytes
@@ -76,8 +76,10 @@ def view(
     if to_all:
         targets |= dict.fromkeys(row["episode_id"] for row in read_index(data))
     captures = {target: open_capture(data, target) for target in targets}
-    for capture in captures.values():
+    for target, capture in captures.items():
         check_unlabelled(capture, ("view_affordance",), replace)
+        if pictures is not None and not replace:
+            new_file("--pictures", pictures / f"{target}.png", ".png")
     refused, figures = [], {}
     for target, capture in captures.items():
         try:
@@ -86,14 +88,17 @@ def view(
             refused.append(str(error))
             continue
         truth = dataclasses.replace(capture.truth or EpisodeTruth(), view_affordance=found.labels)
-        store_truth(data, target, truth)
+        figures[target] = {"moved": not found.homography.is_identity, **_figures(found.homography.quality)}
+        record = drawn_record(drawn, {"episode_id": episode, "frame": frame, "camera": camera, **figures[target]})
+        store_truth(data, target, truth, ("view_affordance",), record)
         if pictures is not None:
             write_bytes(pictures / f"{target}.png", encode_png(overlaid(found.background, found.labels)))
-        figures[target] = {"moved": not found.homography.is_identity, **_figures(found.homography.quality)}
         if not as_json:
             click.echo(f"{data}: episode {target}, {_told(found.homography.is_identity, found.homography.quality)}")
     if as_json:
         print_json({"episodes": figures, "refused": refused})
+    elif figures:
+        next_step("verify", data)
     for line in refused:
         click.echo(f"error: {line}", err=True)
     if refused:
@@ -110,7 +115,13 @@ def boxes(drawn: Path, data: Path, episode: str, affordance: bool, replace: bool
     """Oriented 3D boxes of a room, hidden objects included: scene, voxels and objects of an RGB-D episode."""
     from hsbench.datasets.annotation.box_truth import box_truth, with_boxes
     from hsbench.datasets.annotation.boxes import read_boxes
-    from hsbench.datasets.annotation.store import check_unlabelled, open_capture, scene_id_of, store_truth
+    from hsbench.datasets.annotation.store import (
+        check_unlabelled,
+        drawn_record,
+        open_capture,
+        scene_id_of,
+        store_truth,
+    )
     from hsbench.errors import DataError, SchemaError
     from hsbench.schema.states import Evidence, Visibility
     from hsbench.tasks.scene_completion import GRID
@@ -123,7 +134,8 @@ def boxes(drawn: Path, data: Path, episode: str, affordance: bool, replace: bool
         found = box_truth(labels, capture, scene_id_of(data, episode), GRID, affordance)
     except (DataError, SchemaError) as error:
         raise DataError(f"{drawn}: {error}") from error
-    store_truth(data, episode, with_boxes(capture.truth, found))
+    record = drawn_record(drawn, {"explained": found.explained})
+    store_truth(data, episode, with_boxes(capture.truth, found), fields, record)
     click.echo(
         f"{data}: episode {episode}, {len(labels.boxes)} boxes, {int(found.occupancy.solid.sum()):,} solid voxels;"
         f" {found.explained:.1%} of the points measured in the room lie on something annotated"
@@ -136,6 +148,7 @@ def boxes(drawn: Path, data: Path, episode: str, affordance: bool, replace: bool
                 f"  {item.object_id} {item.category_name}: {seen.name.lower().replace('_', ' ')}"
                 f" ({objects.visible_px[k]} of {objects.amodal_px[k]} px), activity: {evidence.name.lower()}"
             )
+    next_step("verify", data)
 
 
 @command.command(epilog="Example: hsbench annotate plan plan.json --data data/lab --episode flat-360")
@@ -150,17 +163,19 @@ def plan(drawn: Path, data: Path, episode: str, names_json: Path | None, image: 
     import dataclasses
 
     from hsbench.datasets.annotation.plan import plan_truth, read_plan
-    from hsbench.datasets.annotation.store import check_unlabelled, open_capture, store_truth
+    from hsbench.datasets.annotation.store import check_unlabelled, drawn_record, open_capture, store_truth
     from hsbench.schema.episode import EpisodeTruth
     from hsbench.schema.states import Affordance
 
     found = plan_truth(read_plan(drawn, image), _names(names_json), str(drawn))
     capture = open_capture(data, episode)
     check_unlabelled(capture, ("affordance",), replace)
-    store_truth(data, episode, dataclasses.replace(capture.truth or EpisodeTruth(), affordance=found))
+    truth = dataclasses.replace(capture.truth or EpisodeTruth(), affordance=found)
+    store_truth(data, episode, truth, ("affordance",), drawn_record(drawn, {}))
     areas = {kind.name.lower(): float((found.labels >> kind & 1).sum()) * found.cell_m**2 for kind in Affordance}
     shown = ", ".join(f"{area:.2f} m2 {name}" for name, area in areas.items() if area)
     click.echo(f"{data}: episode {episode}, {shown or 'no label'}; {int(found.ignored.sum())} cells ignored")
+    next_step("verify", data)
 
 
 @command.command(epilog="Example: hsbench annotate convert 000000.json --to coco --out 000000_coco.json")
@@ -173,8 +188,7 @@ def convert(drawn: Path, form: str, out: Path, names_json: Path | None, image: s
     """Labels of a picture from one form into another."""
     from hsbench.datasets.annotation.label_files import read_labels, write_labels
 
-    if out.exists():
-        raise click.UsageError(f"--out {out}: exists already; choose another name")
+    new_file("--out", out, ".png" if form == "png" else ".json")
     labels = read_labels(drawn, image)
     write_labels(out, labels, form, _names(names_json))
     click.echo(f"{out}: {len(labels.regions)} regions of {labels.file_name}")

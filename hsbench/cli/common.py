@@ -50,6 +50,17 @@ def on_split(split: str | None) -> tuple[str, ...]:
     return ("--split", split) if split else ()
 
 
+def new_file(option: str, path: Path, *endings: str) -> None:
+    """Check a file to be written before any work: UsageError unless it ends so, is not there, and in no data set."""
+    from hsbench.io.dataset_index import require_outside
+
+    if path.suffix.lower() not in endings:
+        raise click.UsageError(f"{option} {path}: expected a file that ends in {' or '.join(endings)}")
+    if path.exists():
+        raise click.UsageError(f"{option} {path}: exists already; choose another name or remove it first")
+    require_outside(path)
+
+
 def note_own_data(spec: TaskSpec, dataset: str) -> bool:
     """Say on the error stream where a task has no board for a data set. Raises SchemaError for another task's."""
     from hsbench.tasks.registry import scored_on

@@ -8,12 +8,20 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hsbench.cli.common import ANY_PATH, progress
+from hsbench.cli.common import ANY_PATH, new_file, progress
 
 if TYPE_CHECKING:
     from hsbench.datasets.dataset import Dataset
 
-FORMS = ("coco", "huggingface", "webdataset", "croissant", "glb", "rerun")
+FORMS = {
+    "coco": 'pycocotools.coco.COCO("{out}/annotations/person_keypoints_SPLIT.json")',
+    "huggingface": 'datasets.load_dataset("{out}", "frames")',
+    "webdataset": 'webdataset.WebDataset("{out}/SPLIT-000000.tar")',
+    "croissant": "mlcroissant validate --jsonld {out}/croissant.json",
+    "glb": "hsbench import scene {out}/EPISODE.glb --out scenes/EPISODE",
+    "rerun": "rerun {out}/EPISODE.rrd",
+}
+"""What --to takes, and what to type next, in a shell or in Python."""
 
 
 @click.command(
@@ -21,7 +29,7 @@ FORMS = ("coco", "huggingface", "webdataset", "croissant", "glb", "rerun")
     short_help="a data set as COCO, Hugging Face, WebDataset ..., or a scene as GLB, JSON or plan",
 )
 @click.argument("source", type=ANY_PATH, metavar="DATA|SCENE")
-@click.option("--to", "form", type=click.Choice(FORMS), help="What to make of DATA.")
+@click.option("--to", "form", type=click.Choice(list(FORMS)), help="What to make of DATA.")
 @click.option("--out", type=ANY_PATH, metavar="DIR", help="A new folder for it.")
 @click.option("--truth", is_flag=True, help="Truth too; without it inputs only.")
 @click.option("--split", metavar="NAME", help="Only this split.")
@@ -47,7 +55,15 @@ def command(
     """Write DATA in a form that other tools read (--to, --out), or the scene of SCENE (a scene folder, an episode with
     truth, or a data set with --episode) as files (--glb, --json, --plan).
     """
-    files = [path for path in (glb, description, plan) if path is not None]
+    files = {
+        option: (path, endings)
+        for option, path, endings in (
+            ("--glb", glb, (".glb",)),
+            ("--json", description, (".json",)),
+            ("--plan", plan, (".svg", ".png")),
+        )
+        if path is not None
+    }
     if form is not None:
         if files:
             raise click.UsageError("--to takes a data set and --out; --glb, --json and --plan are for one scene")
@@ -59,6 +75,8 @@ def command(
     elif not files:
         raise click.UsageError("nothing to write: give --to and --out, or --glb, --json or --plan")
     else:
+        for option, (path, endings) in files.items():
+            new_file(option, path, *endings)
         _export_scene(source, episode, glb, description, plan, width_px)
 
 
@@ -95,14 +113,16 @@ def _export_data(source: Path, form: str, out: Path, truth: bool, split: str | N
     for _ in progress(writers[form](data, out), count, "export"):
         pass
     click.echo(f"{out}: {count} episodes as {form}, {'with truth' if truth else 'inputs only'}")
+    click.echo(f"next: {FORMS[form].format(out=out)}")
 
 
 def _write_rerun(data: Dataset, out: Path) -> Iterator[str]:
     """``out/EPISODE.rrd`` of each episode; the folder appears at the end, whole."""
-    from hsbench.io.atomic import atomic_folder
+    from hsbench.datasets.exports.frames import export_folder, require_content
     from hsbench.viz.rerun_log import write_rerun
 
-    with atomic_folder(out) as folder:
+    require_content(len(data), "episode", data.root)
+    with export_folder(out) as folder:
         for episode in data:
             write_rerun(folder / f"{episode.episode_id}.rrd", episode)
             yield episode.episode_id
@@ -119,8 +139,6 @@ def _export_scene(
     from hsbench.io.scene_json import scene_description
     from hsbench.viz.plan import plan_image, plan_svg
 
-    if plan is not None and plan.suffix.lower() not in (".svg", ".png"):
-        raise click.UsageError(f"--plan {plan}: expected a file that ends in .svg or .png")
     if (source / DATASET_FILE).is_file() and episode is None:
         raise click.UsageError(f"{source} is a data set: give --episode ID (hsbench info {source} tells what it holds)")
     scene = read_scene(source if episode is None else source / EPISODES_FOLDER / episode)

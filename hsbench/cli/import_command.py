@@ -9,9 +9,8 @@ from pathlib import Path
 import click
 
 from hsbench.cli import import_pictures, import_poses, import_rooms
-from hsbench.cli.common import ANY_PATH, FOLDER, next_step
-
-FILE = click.Path(path_type=Path, dir_okay=False)
+from hsbench.cli.common import ANY_PATH, FOLDER, new_file, next_step
+from hsbench.cli.import_options import FILE, camera_options, chosen_id, name_option, out_option, tell_next
 
 
 @click.group(short_help="bring a real capture into the schema", epilog="Example: hsbench import sscnet --help")
@@ -23,22 +22,9 @@ def command() -> None:
     name="kinect-csv", epilog="Example: hsbench import kinect-csv wave.csv --out data/kinect --map map.png"
 )
 @click.argument("recording_csv", type=FILE)
-@click.option("--out", required=True, type=FOLDER, metavar="DIR", help="Data set folder; episodes are added to it.")
-@click.option("--name", metavar="ID", help="Episode id; default: the file's name.")
-@click.option(
-    "--height",
-    "height_m",
-    type=click.FloatRange(0, 100),
-    metavar="M",
-    help="Camera height; default: estimated from standing poses.",
-)
-@click.option(
-    "--tilt",
-    "tilt_deg",
-    type=click.FloatRange(-90, 90),
-    metavar="DEG",
-    help="Camera tilt downwards; default: estimated.",
-)
+@out_option
+@name_option()
+@camera_options
 @click.option(
     "--map", "map_png", type=ANY_PATH, metavar="FILE", help="Also draw the activity map seen from above (PNG)."
 )
@@ -51,19 +37,21 @@ def kinect(
     map_png: Path | None,
 ) -> None:
     """A Kinect v2 skeleton recording (LabanotationSuite CSV) as observed poses."""
-    from hsbench.datasets.importers.captures import add_capture, kinect_episode
+    from hsbench.datasets.importers.capture_set import add_capture
+    from hsbench.datasets.importers.captures import kinect_episode
     from hsbench.datasets.importers.kinect_csv import estimate_camera, read_kinect_csv
 
     if (height_m is None) != (tilt_deg is None):
         raise click.UsageError("--height and --tilt go together: give both, or neither to have them estimated")
-    if map_png is not None and (map_png.suffix != ".png" or map_png.exists()):
-        raise click.UsageError(f"--map {map_png}: expected a new file that ends in .png")
+    if map_png is not None:
+        new_file("--map", map_png, ".png")
+    episode_id = chosen_id(name, recording_csv.stem)
     recording = read_kinect_csv(recording_csv)
     if height_m is None or tilt_deg is None:
         height_m, tilt_rad = estimate_camera(recording)
     else:
         tilt_rad = math.radians(tilt_deg)
-    episode = kinect_episode(recording, name or recording_csv.stem, height_m, tilt_rad)
+    episode = kinect_episode(recording, episode_id, height_m, tilt_rad)
     add_capture(out, episode)
     click.echo(
         f"{out}: episode {episode.episode_id}, {len(recording.timestamp_ns)} poses in {episode.duration_s:.1f} s, "
@@ -74,13 +62,14 @@ def kinect(
 
         save_activity_map(map_png, episode)
         click.echo(f"activity map: {map_png}")
+    tell_next(out, episode)
 
 
 @command.command(epilog="Example: hsbench import scene flat.glb --labels flat.csv --out scenes/flat")
 @click.argument("source", type=ANY_PATH, metavar="FILE")
 @click.option("--labels", type=FILE, metavar="TABLE", help="Which node is what: .csv, .tsv or .json.")
 @click.option("--out", required=True, type=FOLDER, metavar="DIR", help="New folder for the scene.")
-@click.option("--name", metavar="ID", help="Scene id; default: the file's name.")
+@name_option("Scene id; default: the file's name.")
 @click.option("--default", metavar="CATEGORY", help="Category of nodes without a label, such as object.")
 @click.option("--up", type=click.Choice(["y", "z"]), help="Axis of height; default: the format's, y for OBJ.")
 @click.option("--scale", type=float, default=1.0, show_default=True, help="Metres per unit.")

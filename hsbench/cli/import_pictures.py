@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hsbench.cli.common import ANY_PATH, FOLDER, next_step
-from hsbench.cli.import_poses import FILE, POSITIVE, focal_option, out_option
+from hsbench.cli.import_options import FILE, POSITIVE, chosen_id, focal_option, name_option, out_option, tell_next
 
 if TYPE_CHECKING:
     from hsbench.schema.episode import Episode
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.command(epilog="Example: hsbench import footage kitchen.mp4 --out data/kitchen")
 @click.argument("source", type=ANY_PATH, metavar="VIDEO|FOLDER")
 @out_option
-@click.option("--name", metavar="ID", help="Episode id; default: the name of the file or folder.")
+@name_option("Episode id; default: the name of the file or folder.")
 @click.option(
     "--rate",
     "rate_hz",
@@ -39,9 +39,9 @@ def footage(
 ) -> None:  # fmt: skip
     """A film of a fixed camera, or a folder of its pictures: an episode for each steady view, with its background."""
     from hsbench.datasets.importers import footage as importer
+    from hsbench.datasets.importers.capture_set import add_captures
     from hsbench.datasets.importers.coco_keypoints import read_annotations
     from hsbench.datasets.importers.openpose import find_scale, read_openpose
-    from hsbench.datasets.importers.pose_captures import add_captures
 
     if openpose_json is not None and coco_json is not None:
         raise click.UsageError("--openpose and --coco both give poses; expected one of them")
@@ -49,6 +49,7 @@ def footage(
         raise click.UsageError("--scale is of OpenPose's JSON: give --openpose too")
     if keep_video and source.is_dir():
         raise click.UsageError(f"--keep-video: {source} is a folder, whose pictures are always kept as they are")
+    place = chosen_id(name, source.stem)
     found = importer.read_footage(source, rate_hz)
     poses = None
     if openpose_json is not None:
@@ -57,16 +58,16 @@ def footage(
     if coco_json is not None:
         poses = importer.coco_poses(found, read_annotations(coco_json))
     episodes, notes = importer.footage_episodes(
-        found, name or source.stem, poses=poses, split=not one_view, kept=keep_video, focal_px=focal_px
+        found, place, poses=poses, split=not one_view, kept=keep_video, focal_px=focal_px
     )
-    add_captures(out, episodes)
+    add_captures(out, episodes, place)
     _tell(out, episodes, notes)
 
 
 @click.command(epilog="Example: hsbench import scannet scans/scene0000_00 --out scenes/scene0000_00")
 @click.argument("scan", type=FOLDER)
 @click.option("--out", required=True, type=FOLDER, metavar="DIR", help="New folder for the scene.")
-@click.option("--name", metavar="ID", help="Scene id; default: the scan's.")
+@name_option("Scene id; default: the scan's.")
 def scannet(scan: Path, out: Path, name: str | None) -> None:
     """A ScanNet SCAN folder (labelled mesh) as a scene, like those of ``hsbench import scene``."""
     from hsbench.datasets.importers.scannet import import_scannet
@@ -85,44 +86,47 @@ def scannet(scan: Path, out: Path, name: str | None) -> None:
 @click.command(epilog="Example: hsbench import zind 0000/zind_data.json --out data/zind")
 @click.argument("home", type=FILE, metavar="ZIND_DATA_JSON")
 @out_option
-@click.option("--name", metavar="ID", help="What episode ids begin with; default: the name of the file's folder.")
+@name_option("Id of the home, with which those of its episodes begin; default: the name of the file's folder.")
 def zind(home: Path, out: Path, name: str | None) -> None:
     """Panoramas of a home of ZInD, with their rooms as truth: an episode of one picture each."""
-    from hsbench.datasets.importers.pose_captures import add_captures
+    from hsbench.datasets.importers.capture_set import add_captures
     from hsbench.datasets.importers.zind import read_zind, zind_episode
 
+    scene_id = chosen_id(name, home.resolve().parent.name)
     panoramas, notes = read_zind(home)
     for note in notes:
         click.echo(f"note: {note}", err=True)
-    prefix = name or home.resolve().parent.name
-    add_captures(out, [zind_episode(panorama, f"{prefix}-{panorama.name}") for panorama in panoramas])
-    for panorama in panoramas:
+    episodes = [zind_episode(panorama, scene_id) for panorama in panoramas]
+    add_captures(out, episodes, scene_id)
+    for panorama, episode in zip(panoramas, episodes, strict=True):
         odd = ("" if panorama.inside else "; taken outside the room") + (
             "" if panorama.flat_ceiling else "; the ceiling is not flat"
         )
         click.echo(
-            f"{out}: episode {prefix}-{panorama.name}, {panorama.room_type} of {panorama.height_m:.2f} m,"
+            f"{out}: episode {episode.episode_id}, {panorama.room_type} of {panorama.height_m:.2f} m,"
             f" camera {panorama.camera_height_m:.2f} m high, {len(panorama.openings)} openings{odd}"
         )
+    tell_next(out, episodes[0])
 
 
 @click.command(epilog="Example: hsbench import capture timelapse captures/kitchen --out data/captures")
 @click.argument("kind", type=click.Choice(["rgbd", "360", "timelapse"]))
 @click.argument("folder", type=FOLDER)
 @out_option
-@click.option("--name", metavar="ID", help="Episode id; default: the folder's name.")
+@name_option("Episode id; default: the folder's name.")
 def capture(kind: str, folder: Path, out: Path, name: str | None) -> None:
     """A capture of human activity of one's own, in the folder layout of docs/formats/capture.md."""
     from hsbench.datasets.importers.capture_folder import capture_episodes
-    from hsbench.datasets.importers.pose_captures import add_captures
+    from hsbench.datasets.importers.capture_set import add_captures
 
-    episodes, notes = capture_episodes(kind, folder, name or folder.resolve().name)
-    add_captures(out, episodes)
+    place = chosen_id(name, folder.resolve().name)
+    episodes, notes = capture_episodes(kind, folder, place)
+    add_captures(out, episodes, place)
     _tell(out, episodes, notes)
 
 
 def _tell(out: Path, episodes: Sequence[Episode], notes: Sequence[str]) -> None:
-    """What was imported, a line each."""
+    """What was imported, a line each, and what may follow."""
     for note in notes:
         click.echo(f"note: {note}", err=True)
     for episode in episodes:
@@ -131,6 +135,7 @@ def _tell(out: Path, episodes: Sequence[Episode], notes: Sequence[str]) -> None:
             f"{out}: episode {episode.episode_id}, {len(episode.frames)} pictures of {camera.width_px} x"
             f" {camera.height_px} px in {episode.duration_s:.1f} s, {0 if poses is None else len(poses)} poses"
         )
+    tell_next(out, episodes[0])
 
 
 COMMANDS = (scannet, zind, footage, capture)

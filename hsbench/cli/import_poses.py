@@ -3,74 +3,27 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from hsbench.cli.common import ANY_PATH, FOLDER
+from hsbench.cli.common import ANY_PATH
+from hsbench.cli.import_options import (
+    FILE,
+    POSITIVE,
+    camera_options,
+    chosen_id,
+    focal_option,
+    name_option,
+    out_option,
+    size,
+    tell_next,
+)
 
 if TYPE_CHECKING:
     from hsbench.datasets.importers.kinect_bodies import KinectBodies
     from hsbench.schema.episode import Episode
-
-FILE = click.Path(path_type=Path, dir_okay=False)
-
-
-class Positive(click.FloatRange):
-    """A finite number above 0: without this, nan passes every comparison."""
-
-    def __init__(self) -> None:
-        super().__init__(min=0, min_open=True)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As FloatRange, refusing what is not finite."""
-        number = super().convert(value, param, ctx)
-        if not math.isfinite(number):
-            self.fail(f"{value} is no finite number", param, ctx)
-        return number
-
-
-POSITIVE = Positive()
-
-out_option = click.option(
-    "--out", required=True, type=FOLDER, metavar="DIR", help="Data set folder; episodes are added to it."
-)
-name_option = click.option("--name", metavar="ID", help="Episode id; default: the file's name.")
-focal_option = click.option(
-    "--focal", "focal_px", type=POSITIVE, metavar="PX", help="Focal length; default: 1.2 times the longer side."
-)
-
-
-def camera_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Height and tilt of a camera, both or neither."""
-    height = click.option(
-        "--height",
-        "height_m",
-        type=click.FloatRange(0, 100),
-        metavar="M",
-        help="Camera height; default: estimated from standing poses.",
-    )
-    tilt = click.option(
-        "--tilt",
-        "tilt_deg",
-        type=click.FloatRange(-90, 90),
-        metavar="DEG",
-        help="Camera tilt downwards; default: estimated.",
-    )
-    return height(tilt(command))
-
-
-def size(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[int, int] | None:
-    """``640x480`` -> (640, 480)."""
-    if value is None:
-        return None
-    match = re.fullmatch(r"([1-9]\d{0,4})x([1-9]\d{0,4})", value, re.ASCII)
-    if match is None:
-        raise click.BadParameter(f"{value!r}; expected width and height in pixels, such as 640x480")
-    return int(match[1]), int(match[2])
 
 
 @click.command(
@@ -78,16 +31,17 @@ def size(context: click.Context, parameter: click.Parameter, value: str | None) 
 )
 @click.argument("recording", type=FILE)
 @out_option
-@name_option
+@name_option()
 @camera_options
 def ntu_skeleton(recording: Path, out: Path, name: str | None, height_m: float | None, tilt_deg: float | None) -> None:
     """People in a .skeleton file of NTU RGB+D (Kinect v2) as observed poses."""
-    from hsbench.datasets.importers.captures import add_capture
+    from hsbench.datasets.importers.capture_set import add_capture
     from hsbench.datasets.importers.ntu_skeleton import read_ntu_skeleton
     from hsbench.datasets.importers.pose_captures import ntu_episode
 
+    episode_id = chosen_id(name, recording.stem)
     found = read_ntu_skeleton(recording)
-    episode = ntu_episode(found, name or recording.stem, *_placed(found.bodies, height_m, tilt_deg))
+    episode = ntu_episode(found, episode_id, *_placed(found.bodies, height_m, tilt_deg))
     add_capture(out, episode)
     _tell(out, episode)
 
@@ -97,17 +51,19 @@ def ntu_skeleton(recording: Path, out: Path, name: str | None, height_m: float |
 )
 @click.argument("recording", type=FILE)
 @out_option
-@name_option
+@name_option()
 @camera_options
 def kimore_csv(recording: Path, out: Path, name: str | None, height_m: float | None, tilt_deg: float | None) -> None:
     """A Kinect v2 skeleton recording of KIMORE (JointPosition*.csv) as observed poses."""
-    from hsbench.datasets.importers.captures import KINECT_V2_DEPTH, add_capture
+    from hsbench.datasets.importers.capture_set import add_capture
+    from hsbench.datasets.importers.captures import KINECT_V2_DEPTH
     from hsbench.datasets.importers.kimore_csv import read_kimore_csv
     from hsbench.datasets.importers.pose_captures import kinect_bodies_episode
 
+    episode_id = chosen_id(name, recording.stem)
     bodies = read_kimore_csv(recording)
     height_m, tilt_rad = _placed(bodies, height_m, tilt_deg)
-    episode = kinect_bodies_episode(bodies, name or recording.stem, "kimore-csv", height_m, tilt_rad, KINECT_V2_DEPTH)
+    episode = kinect_bodies_episode(bodies, episode_id, "kimore-csv", height_m, tilt_rad, KINECT_V2_DEPTH)
     add_capture(out, episode)
     _tell(out, episode)
 
@@ -115,18 +71,19 @@ def kimore_csv(recording: Path, out: Path, name: str | None, height_m: float | N
 @click.command(epilog="Example: hsbench import pigraphs gates381_cam1_2015-01-01.json --out data/pigraphs")
 @click.argument("recording", type=FILE)
 @out_option
-@name_option
+@name_option()
 @click.option(
     "--floor", "floor_m", type=float, metavar="M", help="z of the floor in the scan; default: where feet are."
 )
 def pigraphs(recording: Path, out: Path, name: str | None, floor_m: float | None) -> None:
     """A PiGraphs recording (.json) as observed poses, seen from where its camera stood in the scan."""
-    from hsbench.datasets.importers.captures import add_capture
+    from hsbench.datasets.importers.capture_set import add_capture
     from hsbench.datasets.importers.pigraphs import floor_level, read_pigraphs
     from hsbench.datasets.importers.pose_captures import pigraphs_episode
 
+    episode_id = chosen_id(name, recording.stem)
     found = read_pigraphs(recording)
-    episode = pigraphs_episode(found, name or recording.stem, floor_level(found) if floor_m is None else floor_m)
+    episode = pigraphs_episode(found, episode_id, floor_level(found) if floor_m is None else floor_m)
     add_capture(out, episode)
     _tell(out, episode)
 
@@ -134,15 +91,16 @@ def pigraphs(recording: Path, out: Path, name: str | None, floor_m: float | None
 @click.command(epilog="Example: hsbench import pose2room 0_1_12_Male1_0.hdf5 --out data/pose2room")
 @click.argument("sample", type=FILE)
 @out_option
-@name_option
+@name_option()
 def pose2room(sample: Path, out: Path, name: str | None) -> None:
     """A Pose2Room SAMPLE (.hdf5) or joint array (.npy, .npz) as poses seen from above; boxes of a room as truth."""
-    from hsbench.datasets.importers.captures import add_capture
+    from hsbench.datasets.importers.capture_set import add_capture
     from hsbench.datasets.importers.pose2room import read_pose2room
     from hsbench.datasets.importers.pose_captures import pose2room_episode
 
+    episode_id = chosen_id(name, sample.stem)
     found = read_pose2room(sample)
-    episode = pose2room_episode(found, name or sample.stem)
+    episode = pose2room_episode(found, episode_id)
     add_capture(out, episode)
     if found.was_left_handed:
         click.echo("note: the file's frame is left-handed; it was mirrored so that left stays left", err=True)
@@ -154,7 +112,7 @@ def pose2room(sample: Path, out: Path, name: str | None) -> None:
 @click.command(epilog="Example: hsbench import openpose json/ --size 1280x720 --rate 30 --out data/openpose")
 @click.argument("source", type=ANY_PATH)
 @out_option
-@name_option
+@name_option()
 @click.option("--size", "size_px", required=True, callback=size, metavar="WxH", help="Size of the pictures in pixels.")
 @click.option("--rate", "rate_hz", type=POSITIVE, metavar="HZ", help="Pictures a second; a single file needs none.")
 @click.option(
@@ -167,17 +125,18 @@ def openpose(
     focal_px: float | None,
 ) -> None:  # fmt: skip
     """OpenPose's JSON (BODY_25 or COCO-18), a folder or one file, as observed 2D poses of one camera."""
-    from hsbench.datasets.importers.captures import add_capture
+    from hsbench.datasets.importers.capture_set import add_capture
     from hsbench.datasets.importers.openpose import find_scale, read_openpose
     from hsbench.datasets.importers.pose_captures import openpose_episode
 
     if rate_hz is None and source.is_dir():
         raise click.UsageError("--rate is needed for a folder: OpenPose's files have no times")
+    episode_id = chosen_id(name, source.stem)
     found = read_openpose(source)
     if scale is None:
         scale = find_scale(found.keypoints)
         click.echo(f"note: coordinates are taken to be of scale {scale!r}", err=True)
-    episode = openpose_episode(found, name or source.stem, scale, size_px, rate_hz or 1.0, focal_px)
+    episode = openpose_episode(found, episode_id, scale, size_px, rate_hz or 1.0, focal_px)
     add_capture(out, episode)
     if not found.has_identities:
         click.echo("note: no identities; a track is a place in the list of people of its picture", err=True)
@@ -192,31 +151,33 @@ def openpose(
 @click.option("--images", type=FILE, metavar="FILE", help="Annotations with the pictures that results belong to.")
 @out_option
 @click.option("--rate", "rate_hz", type=POSITIVE, metavar="HZ", help="The pictures are one film of this rate.")
-@click.option("--name", metavar="ID", help="Episode id of a film; default: the file's name.")
+@name_option("Episode id of a film; default: the file's name.")
 @focal_option
 def coco_keypoints(
     keypoints: Path, images: Path | None, out: Path, rate_hz: float | None, name: str | None, focal_px: float | None
 ) -> None:
     """Keypoints in COCO's JSON, annotations or results: an episode a picture, or with --rate one of them all."""
-    from hsbench.datasets.importers.captures import add_capture
+    from hsbench.datasets.importers.capture_set import add_capture, add_captures
     from hsbench.datasets.importers.coco_keypoints import read_annotations, read_images, read_results
-    from hsbench.datasets.importers.pose_captures import add_captures, coco_episode, coco_episodes
+    from hsbench.datasets.importers.pose_captures import coco_episode, coco_episodes
 
     if name is not None and rate_hz is None:
         raise click.UsageError(
             "--name is of a film: give --rate too (without it, episodes are named as their pictures)"
         )
+    film_id = "" if rate_hz is None else chosen_id(name, keypoints.stem)
     found = read_annotations(keypoints) if images is None else read_results(keypoints, read_images(images))
     if found.crowds or found.unlabelled:
         click.echo(f"note: left out {found.crowds} crowds and {found.unlabelled} people without a joint", err=True)
     if rate_hz is not None:
-        episode = coco_episode(found, name or keypoints.stem, rate_hz, focal_px)
+        episode = coco_episode(found, film_id, rate_hz, focal_px)
         add_capture(out, episode)
         _tell(out, episode)
     else:
         episodes = coco_episodes(found, focal_px)
         add_captures(out, episodes)
         click.echo(f"{out}: {len(episodes)} episodes of a picture each, {len(found.image)} poses")
+        tell_next(out, episodes[0])
 
 
 COMMANDS = (ntu_skeleton, kimore_csv, pigraphs, pose2room, openpose, coco_keypoints)
@@ -234,7 +195,7 @@ def _placed(bodies: KinectBodies, height_m: float | None, tilt_deg: float | None
 
 
 def _tell(out: Path, episode: Episode) -> None:
-    """What was imported, in one line."""
+    """What was imported, in one line, and what may follow."""
     poses, sensor = episode.poses, episode.sensor
     tracks = 0 if poses is None else len(set(poses.track_id.tolist()))
     line = f"{out}: episode {episode.episode_id}, {0 if poses is None else len(poses)} poses of {tracks} tracks in"
@@ -243,3 +204,4 @@ def _tell(out: Path, episode: Episode) -> None:
         down = "down" if sensor.tilt_rad >= 0 else "up"
         line += f", camera {sensor.height_m:.2f} m high, looking {abs(math.degrees(sensor.tilt_rad)):.1f} deg {down}"
     click.echo(line)
+    tell_next(out, episode)

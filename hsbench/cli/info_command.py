@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hsbench.cli.common import ANY_PATH, FOLDER, json_option, print_json, progress
+from hsbench.cli.common import ANY_PATH, FOLDER, json_option, new_file, print_json, progress
 
 if TYPE_CHECKING:
     from hsbench.datasets.dataset import Dataset
@@ -29,8 +29,8 @@ def command(data: Path, classes: bool, pictures: Path | None, as_json: bool) -> 
     from hsbench.datasets.statistics import Classes, class_balance, split_counts
     from hsbench.io.plain import to_plain
 
-    if pictures is not None and pictures.suffix.lower() != ".png":
-        raise click.UsageError(f"--pictures {pictures}: expected a file that ends in .png")
+    if pictures is not None:
+        new_file("--pictures", pictures, ".png")
     dataset = load(data)
     description = dataset.description
     keys = ("name", "schema_version", "seed", "splits_version", "frames", "licence")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, overload
 
@@ -15,7 +15,8 @@ from hsbench.io.depth_noise import preset
 from hsbench.io.episodes import read_episode
 from hsbench.io.image_noise import image_preset
 from hsbench.io.strict_json import read_json
-from hsbench.schema.episode import Episode
+from hsbench.schema.episode import Episode, EpisodeTruth
+from hsbench.schema.migration import steps_from
 from hsbench.schema.sensor import CAMERAS_OF_KIND
 from hsbench.schema.states import Visibility
 from hsbench.typing import UInt8Array
@@ -71,16 +72,21 @@ class Dataset(Sequence[Episode]):
         sensor: str | None = None,
         people: int | tuple[int, int] | None = None,
         visibility: Visibility | None = None,
+        annotated: Sequence[str] = (),
     ) -> Dataset:
         """The episodes that fit all that is asked for; they may be none.
 
         sensor: a kind, such as ``rgbd``. people: how many live there, or least and most. visibility: at least one
-        object is seen so much. The last two are truth: SchemaError unless the data set was loaded with it, DataError
-        where an episode has none.
+        object is seen so much. annotated: parts of truth, fields of EpisodeTruth, that an episode has, as one's own
+        captures may where only some were annotated. The last three are truth: SchemaError unless the data set was
+        loaded with it; DataError where an episode has none to count people or objects by.
         """
-        needs_truth = people is not None or visibility is not None
+        needs_truth = people is not None or visibility is not None or bool(annotated)
         if needs_truth and not self.truth:
-            raise SchemaError("people and visibility are truth; expected a data set loaded with truth=True")
+            raise SchemaError("people, visibility and annotated are truth; expected a data set loaded with truth=True")
+        known = tuple(field.name for field in fields(EpisodeTruth))
+        if isinstance(annotated, str) or not set(annotated) <= set(known):
+            raise SchemaError(f"annotated is {annotated!r}; expected some of {', '.join(known)}")
         if sensor is not None and sensor not in CAMERAS_OF_KIND:
             raise SchemaError(f"sensor is {sensor!r}; expected one of {', '.join(CAMERAS_OF_KIND)}")
         rows = [row for row in self.rows if split is None or row["split"] == split]
@@ -92,6 +98,8 @@ class Dataset(Sequence[Episode]):
             rows = [row for row in rows if least <= _people(bare._read(row)) <= most]
         if visibility is not None:
             rows = [row for row in rows if visibility in _visibility(bare._read(row))]
+        if annotated:
+            rows = [row for row in rows if _has(bare._read(row), annotated)]
         return replace(self, rows=tuple(rows))
 
     @property
@@ -152,7 +160,8 @@ def load(
     split: only its episodes. truth: hand out truth too. until_s: inputs as after so many seconds of watching.
     frames: False leaves pictures out. depth_noise, image_noise: presets in place of the recorded ones (``none`` is an
     oracle).
-    Raises DataError if there is no such data set, or the split has no episode in it.
+    Raises DataError if there is no such data set, or the split has no episode in it; SchemaError where its schema is
+    not known, such as a newer one.
     """
     if until_s is not None and not (isinstance(until_s, int | float) and until_s >= 0):
         raise SchemaError(f"until_s is {until_s!r}; expected seconds >= 0")
@@ -162,12 +171,25 @@ def load(
         image_preset(image_noise)
     root = _find(name_or_path)
     rows = read_index(root)
+    _check_version(root / DATASET_FILE)
     if split is not None:
         known = sorted({row["split"] for row in rows})
         rows = [row for row in rows if row["split"] == split]
         if not rows:
             raise DataError(f"{root} has no episode of split {split!r}; found {', '.join(known) or 'none'}")
     return Dataset(root, tuple(rows), truth, until_s, frames, depth_noise, image_noise)
+
+
+def _check_version(path: Path) -> None:
+    description = read_json(path)
+    try:
+        steps_from(description.get("schema_version") if isinstance(description, dict) else None)
+    except SchemaError as error:
+        raise SchemaError(f"{path}: {error}") from error
+
+
+def _has(episode: Episode, parts: Sequence[str]) -> bool:
+    return episode.truth is not None and all(getattr(episode.truth, name) is not None for name in parts)
 
 
 def _people(episode: Episode) -> int:

@@ -22,10 +22,11 @@ from hsbench.io.dataset_index import (
     unit_faults,
     unit_folders,
 )
+from hsbench.io.episodes import read_episode
 from hsbench.io.strict_json import read_json
 from hsbench.schema.migration import is_newer, steps_from
 
-UPGRADE = "a newer hsbench wrote it: pip install --upgrade hsbench"
+UPGRADE = "pip install --upgrade hsbench"
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,12 @@ def dataset_faults(root: Path) -> Iterator[list[Fault]]:
     """
     units = unit_folders(root)
     remake = _Repairs(root, _description(root))
-    yield _whole(root, units, remake)
+    found, faults = _whole(root, units, remake)
+    yield faults
+    gone = tuple(fault.name for fault in found if fault.kind in ("missing", "truncated"))
     episodes = Dataset(root, _rows(root, units), truth=True)
-    for index, row in enumerate(episodes.rows):
-        yield _contents(episodes, index, remake.episode(row["episode_id"]))
+    for row in episodes.rows:
+        yield _contents(root, row["episode_id"], gone, remake.episode(row["episode_id"]))
     yield [Fault(text, remake.all_of_scene) for found in verify_views(episodes) for text in found]
 
 
@@ -80,29 +83,35 @@ class _Repairs:
         return f"fetch {fault.name} again from where the data set came from"
 
 
-def _whole(root: Path, units: list[Path], repairs: _Repairs) -> list[Fault]:
-    """Faults of files against the manifests, of the index and of the description."""
+def _whole(root: Path, units: list[Path], repairs: _Repairs) -> tuple[list[FileFault], list[Fault]]:
+    """Files that do not fit the manifests, and the faults of these, of the index and of the description."""
     try:
         found = file_faults(root)
     except DataError as error:
-        found = [FileFault(MANIFEST_FILE, "changed", str(error)), *(f for unit in units for f in unit_faults(unit))]
+        own = FileFault(MANIFEST_FILE, "changed", _inside(root, str(error)))
+        if not (root / MANIFEST_FILE).is_file():
+            own = FileFault(MANIFEST_FILE, "missing", f"{MANIFEST_FILE}: missing")
+        found = [own, *(fault for unit in units for fault in unit_faults(unit))]
     found += [
         FileFault(path.name, "extra", f"{path.name}/: extra, no part of a data set")
         for path in sorted(root.iterdir())
         if path.is_dir() and path.name != EPISODES_FOLDER and not path.name.startswith(".")
     ]
-    faults = [Fault(fault.text, repairs.file(fault)) for fault in found]
+    faults = [Fault(_inside(root, fault.text), repairs.file(fault)) for fault in found]
     named = {fault.name for fault in found}
     try:
         indexed = {row["episode_id"] for row in read_index(root)}
         faults += [
-            Fault(f"{INDEX_FILE} has no row of {unit.name}", repairs.file(FileFault(INDEX_FILE, "changed", "")))
+            Fault(
+                f"{INDEX_FILE}: no row of {unit.name}; expected one an episode",
+                repairs.file(FileFault(INDEX_FILE, "changed", "")),
+            )
             for unit in units
             if unit.name not in indexed and f"{EPISODES_FOLDER}/{unit.name}" not in named
         ]
     except HsbenchError as error:
         if INDEX_FILE not in named:
-            faults.append(Fault(str(error), repairs.file(FileFault(INDEX_FILE, "changed", ""))))
+            faults.append(Fault(_inside(root, str(error)), repairs.file(FileFault(INDEX_FILE, "changed", ""))))
     try:
         version = read_json(root / DATASET_FILE)["schema_version"]
         steps_from(version)
@@ -111,21 +120,32 @@ def _whole(root: Path, units: list[Path], repairs: _Repairs) -> list[Fault]:
         faults.append(Fault(f"{DATASET_FILE}: {error}", UPGRADE if is_newer(version) else again))
     except (DataError, KeyError, TypeError) as error:
         if DATASET_FILE not in named:
-            text = str(error) if isinstance(error, DataError) else f"{DATASET_FILE} has no schema_version"
+            text = f"{DATASET_FILE}: no schema_version; expected that of a data set"
+            text = _inside(root, str(error)) if isinstance(error, DataError) else text
             faults.append(Fault(text, repairs.file(FileFault(DATASET_FILE, "changed", ""))))
-    return faults
+    return found, faults
 
 
-def _contents(episodes: Dataset, index: int, again: str) -> list[Fault]:
+def _contents(root: Path, episode_id: str, gone: tuple[str, ...], again: str) -> list[Fault]:
+    """Faults of what an episode holds; that it cannot be read for a file that is ``gone`` has been said."""
+    folder = root / EPISODES_FOLDER / episode_id
     try:
-        return [Fault(text, again) for text in verify_episode(episodes[index])]
+        return [Fault(text, again) for text in verify_episode(read_episode(folder, truth=True))]
     except HsbenchError as error:
-        return [Fault(str(error), UPGRADE if _written_newer(episodes, index) else again)]
+        text = _inside(root, str(error))
+        if any(name in text for name in gone):
+            return []
+        return [Fault(text, UPGRADE if _written_newer(folder) else again)]
 
 
-def _written_newer(episodes: Dataset, index: int) -> bool:
+def _inside(root: Path, text: str) -> str:
+    """A message with the names of files as from the root of the data set."""
+    return text.replace(f"{root}/", "")
+
+
+def _written_newer(folder: Path) -> bool:
     try:
-        descriptor = read_json(episodes.root / EPISODES_FOLDER / episodes.rows[index]["episode_id"] / "episode.json")
+        descriptor = read_json(folder / "episode.json")
     except DataError:
         return False
     return isinstance(descriptor, dict) and is_newer(descriptor.get("schema_version"))

@@ -152,7 +152,8 @@ def joints_apart_px(a: Episode, b: Episode) -> float | None:
 
     Of true joints at times of both. Columns of a 360 picture are counted around it.
     """
-    one, other, moved = _joints(a), _joints(b), _scenes(a, b)
+    one, other = _joints(a), _joints(b)
+    moved = None if one is None or other is None else _scenes(a, b)
     if one is None or other is None or moved is None:
         return None
     theirs = {key: row for row, key in enumerate(zip(*other[:2], strict=True))}

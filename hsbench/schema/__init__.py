@@ -14,7 +14,7 @@ from hsbench.schema.sensor import Sensor
 from hsbench.schema.skeletons import KINECT_V2, SKELETONS, Skeleton
 from hsbench.schema.states import Action, Evidence, Visibility, VoxelState
 
-SCHEMA_VERSION = "0.3"
+SCHEMA_VERSION = "0.4"
 
 __all__ = [
     "CATEGORIES",

@@ -1,8 +1,9 @@
 """Descriptions of older schema versions, brought step by step to the present version as they are read.
 
 Files stay as they are. A step says what a version wrote otherwise than the next one: in the descriptor of an episode
-(``episode.json``) and in the description of its scene (``truth/scene.json``). Tables and arrays kept their columns and
-category ids their meaning; what a later version added is absent, as it may be in any episode.
+(``episode.json``) and in the description of its scene (``truth/scene.json``). Tables and arrays kept their columns, but
+for the patches of recordings, which 0.4 packs (``hsbench.io.old_patches`` reads the others), and category ids their
+meaning; what a later version added is absent, as it may be in any episode.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ def steps_from(version: object) -> tuple[Step, ...]:
 
 
 def is_newer(version: object) -> bool:
-    """Whether a version, such as "0.4", comes after the present one."""
+    """Whether a version, such as "0.5", comes after the present one."""
     numbers = [re.fullmatch(r"(\d{1,9})\.(\d{1,9})", text) for text in (str(version), SCHEMA_VERSION)]
     found, present = (None if match is None else tuple(map(int, match.groups())) for match in numbers)
     return found is not None and present is not None and found > present
@@ -90,5 +91,6 @@ def _with_image_noise(descriptor: JsonObject) -> JsonObject:
 STEPS: tuple[Step, ...] = (
     Step("0.1", "0.2", _unchanged, _with_rooms_and_textures),
     Step("0.2", "0.3", _with_image_noise, _unchanged),
+    Step("0.3", "0.4", _unchanged, _unchanged),
 )
 """In order, each from where the one before ends; the last ends at ``SCHEMA_VERSION``."""

@@ -26,6 +26,7 @@ from hsbench.datasets.annotation.labels import (
 from hsbench.datasets.annotation.polygons import MAX_POLYGONS
 from hsbench.datasets.importers import pose_json
 from hsbench.errors import DataError
+from hsbench.io.decoding import decode_image
 from hsbench.io.images import encode_png
 from hsbench.typing import BoolArray, FloatArray
 
@@ -118,9 +119,9 @@ def _mask(shape: Any, points: Any, at: str, width_px: int, height_px: int) -> Bo
     size = (int(high[1] - low[1]) + 1, int(high[0] - low[0]) + 1)
     if png_size(data) != size:
         raise DataError(f"{at}.mask is no PNG of {size[1]} x {size[0]} px, the size its points tell")
-    image = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
+    image, complaint = decode_image(data, cv2.IMREAD_GRAYSCALE)
     if image is None or image.shape != size:
-        raise DataError(f"{at}.mask is a damaged PNG")
+        raise DataError(f"{at}.mask is a damaged PNG{complaint}")
     mask = np.zeros((height_px, width_px), dtype=np.bool_)
     mask[low[1] : high[1] + 1, low[0] : high[0] + 1] = image > 0
     return mask

@@ -14,6 +14,7 @@ person, else 1.
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -22,9 +23,9 @@ from typing import Any
 import numpy as np
 
 from hsbench.datasets.dataset import Dataset
-from hsbench.datasets.exports.frames import joint_pixels, pictures, require_content, rows_at, split_of
+from hsbench.datasets.exports.frames import export_folder, joint_pixels, pictures, require_content, rows_at, split_of
 from hsbench.datasets.exports.run_lengths import encode
-from hsbench.io.atomic import atomic_folder, write_bytes
+from hsbench.io.atomic import write_bytes
 from hsbench.io.images import encode_png
 from hsbench.schema.categories import CATEGORIES
 from hsbench.schema.episode import Episode
@@ -54,9 +55,10 @@ class _Split:
 def write_coco(data: Dataset, out: Path) -> Iterator[str]:
     """Write the new folder ``out``, episode by episode; yields their ids. The folder appears at the end, whole.
 
-    Frames without colour are left out. Raises DataError if the folder exists, or no frame has colour.
+    Frames without colour are left out. Warns where no picture has an annotation. Raises DataError if the folder exists
+    or lies inside of a data set, or no frame has colour.
     """
-    with atomic_folder(out) as folder:
+    with export_folder(out) as folder:
         splits: dict[str, _Split] = {}
         clean = replace(
             data, depth_noise="none"
@@ -67,6 +69,9 @@ def write_coco(data: Dataset, out: Path) -> Iterator[str]:
                 _add_frame(split, episode, index, folder / "images")
             yield episode.episode_id
         require_content(sum(len(split.images) for split in splits.values()), "colour picture", data.root)
+        if not any(split.observed or split.true or split.instances for split in splits.values()):
+            hint = "" if data.truth else " (truth was not asked for)"
+            warnings.warn(f"no picture has an annotation: nobody was observed at the time of one{hint}", stacklevel=2)
         description = data.description
         for name, split in splits.items():
             documents = {f"person_keypoints_{name}": (split.observed, _people(split.observed))}

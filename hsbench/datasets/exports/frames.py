@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +12,8 @@ import numpy as np
 from hsbench.errors import DataError
 from hsbench.geometry.cameras import TopDownCamera
 from hsbench.geometry.transforms import apply, invert
+from hsbench.io.atomic import atomic_folder
+from hsbench.io.dataset_index import require_outside
 from hsbench.io.images import depth_to_mm
 from hsbench.schema.episode import Episode
 from hsbench.schema.poses import JointState, PoseTable
@@ -16,6 +21,17 @@ from hsbench.typing import AnyArray, FloatArray
 
 UNSPLIT = "unsplit"
 """What exports call the split of data that have none, as imports."""
+
+
+@contextmanager
+def export_folder(out: Path) -> Iterator[Path]:
+    """Yield a folder to fill, which becomes ``out`` at the end, whole.
+
+    Raises DataError if ``out`` exists or lies inside of a data set.
+    """
+    require_outside(out)
+    with atomic_folder(out) as folder:
+        yield folder
 
 
 def split_of(row: dict[str, Any]) -> str:

@@ -33,8 +33,8 @@ from hsbench.datasets.exports.features import (
     sequence,
     value,
 )
-from hsbench.datasets.exports.frames import pictures, require_content, split_of
-from hsbench.io.atomic import atomic_folder, write_text
+from hsbench.datasets.exports.frames import export_folder, pictures, require_content, split_of
+from hsbench.io.atomic import write_text
 from hsbench.io.images import encode_png
 from hsbench.schema import codec
 from hsbench.schema.episode import Episode, EpisodeTruth
@@ -124,11 +124,11 @@ def configurations(truth: bool) -> dict[str, Columns]:
 def write_huggingface(data: Dataset, out: Path) -> Iterator[str]:
     """Write the new folder ``out``, episode by episode; yields their ids. The folder appears at the end, whole.
 
-    Raises DataError if the folder exists or there is no episode.
+    Raises DataError if the folder exists or lies inside of a data set, or there is no episode.
     """
     require_content(len(data), "episode", data.root)
     columns = configurations(data.truth)
-    with atomic_folder(out) as folder:
+    with export_folder(out) as folder:
         shards: dict[tuple[str, str], _Shards] = {}
         try:
             for row, episode in zip(data.rows, data, strict=True):

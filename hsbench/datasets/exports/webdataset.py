@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from hsbench.datasets.dataset import Dataset
-from hsbench.datasets.exports.frames import pictures, pose_json, require_content, rows_at, split_of
-from hsbench.io.atomic import atomic_folder, json_bytes
+from hsbench.datasets.exports.frames import export_folder, pictures, pose_json, require_content, rows_at, split_of
+from hsbench.io.atomic import json_bytes
 from hsbench.io.images import encode_png
 from hsbench.schema import codec
 from hsbench.schema.episode import Episode
@@ -33,10 +33,10 @@ SHARD_BYTES = 256 << 20
 def write_webdataset(data: Dataset, out: Path) -> Iterator[str]:
     """Write the new folder ``out``, episode by episode; yields their ids. The folder appears at the end, whole.
 
-    Raises DataError if the folder exists, or the data have no frame.
+    Raises DataError if the folder exists or lies inside of a data set, or the data have no frame.
     """
     require_content(sum(row["n_frames"] for row in data.rows), "frame", data.root)
-    with atomic_folder(out) as folder:
+    with export_folder(out) as folder:
         shards: dict[str, _Shards] = {}
         try:
             for row, episode in zip(data.rows, data, strict=True):

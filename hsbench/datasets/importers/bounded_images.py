@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from hsbench.errors import DataError
+from hsbench.io.decoding import decode_image
 from hsbench.io.reading import read_limited
 from hsbench.typing import AnyArray, UInt8Array, UInt16Array
 
@@ -51,13 +52,10 @@ def read_grey16(path: Path) -> UInt16Array:
 
 
 def _decoded(path: Path, data: bytes, flags: int) -> AnyArray:
-    try:
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
-    except cv2.error:
-        pixels = None
+    pixels, complaint = decode_image(data, flags)
     if pixels is None:
-        raise DataError(f"{path}: damaged picture; it cannot be decoded (an incomplete copy?)")
-    return np.asarray(pixels)
+        raise DataError(f"{path}: damaged picture; it cannot be decoded{complaint} (an incomplete copy?)")
+    return pixels
 
 
 def _png_size(data: bytes) -> tuple[int, int] | None:

@@ -1,24 +1,16 @@
-"""Real captures as episodes: what the readers give, put into the schema; and a data set folder to hold them."""
+"""Real captures as episodes: what the readers give, put into the schema."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 
-from hsbench import __version__
 from hsbench.datasets.importers import kinect_csv, sscnet
 from hsbench.errors import DataError
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.grids import VoxelGrid
-from hsbench.io.atomic import write_json
-from hsbench.io.dataset_index import DATASET_FILE, EPISODES_FOLDER, write_index
-from hsbench.io.episodes import write_episode
-from hsbench.io.strict_json import read_json
-from hsbench.schema import SCHEMA_VERSION
-from hsbench.schema.categories import CATEGORIES, category
+from hsbench.schema.categories import category
 from hsbench.schema.episode import Episode, EpisodeTruth, Frame, FrameList
 from hsbench.schema.occupancy import OccupancyTruth
 from hsbench.schema.poses import JointState, PoseTable
@@ -114,34 +106,3 @@ def kinect_episode(recording: kinect_csv.KinectRecording, episode_id: str, heigh
     poses = PoseTable(KINECT_V2.name, stamps, tracks, recording.state, joints)
     sensor = Sensor("rgbd", KINECT_V2_DEPTH, height_m, tilt_rad)
     return Episode(episode_id, "kinect-csv", sensor, FrameList(), poses, 0, int(stamps[-1]))
-
-
-def add_capture(out: Path, episode: Episode, licence: str = "as the source") -> None:
-    """Write an episode into the data set folder ``out``, which is made if need be, and renew its index.
-
-    Raises DataError if the folder holds another data set, or the episode is there already.
-    """
-    description = {
-        "schema_version": SCHEMA_VERSION,
-        "hsbench_version": __version__,
-        "name": episode.dataset,
-        "splits_version": "none",
-        "licence": licence,
-        "categories": [asdict(c) for c in CATEGORIES],
-    }
-    path = out / DATASET_FILE
-    if path.exists():
-        found = read_json(path)
-        if found.get("name") != episode.dataset:
-            raise DataError(
-                f"{out} holds data set {found.get('name')!r}; expected {episode.dataset!r} (choose another --out)"
-            )
-    elif out.exists() and any(out.iterdir()):
-        raise DataError(
-            f"{out} is not empty and holds no {DATASET_FILE}; expected a new folder or a data set of imports"
-        )
-    else:
-        (out / EPISODES_FOLDER).mkdir(parents=True, exist_ok=True)
-        write_json(path, description)
-    write_episode(out / EPISODES_FOLDER / episode.episode_id, episode, episode.episode_id, "")
-    write_index(out)

@@ -21,6 +21,7 @@ from hsbench.datasets.importers.footage_views import median_background, steady_v
 from hsbench.datasets.importers.pose_captures import FOCAL_PER_SIDE
 from hsbench.errors import DataError
 from hsbench.geometry.cameras import PinholeCamera
+from hsbench.io.decoding import heard
 from hsbench.io.image_frames import VIDEO_ENDINGS, FileFrames, VideoFrames, open_video
 from hsbench.io.images import read_rgb
 from hsbench.schema.episode import NS_PER_S, Episode
@@ -241,8 +242,9 @@ def _video(path: Path, rate_hz: float | None) -> Footage:
     stated = capture.get(cv2.CAP_PROP_FRAME_COUNT)
     own_rate_hz = capture.get(cv2.CAP_PROP_FPS)
     times_ms: list[float] = []
-    while len(times_ms) <= MAX_PICTURES and capture.grab():
-        times_ms.append(capture.get(cv2.CAP_PROP_POS_MSEC))
+    with heard():
+        while len(times_ms) <= MAX_PICTURES and capture.grab():
+            times_ms.append(capture.get(cv2.CAP_PROP_POS_MSEC))
     if not 0 < len(times_ms) <= MAX_PICTURES:
         raise DataError(f"{path} has {len(times_ms):,} frames or more; expected 1 to {MAX_PICTURES:,} that decode")
     numbers = np.arange(len(times_ms), dtype=np.int64)

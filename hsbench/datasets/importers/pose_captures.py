@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from hsbench.datasets.importers import coco_keypoints, ntu_skeleton, openpose, pigraphs, pose2room
-from hsbench.datasets.importers.captures import KINECT_V2_DEPTH, add_capture, sensor_at
+from hsbench.datasets.importers.captures import KINECT_V2_DEPTH, sensor_at
 from hsbench.datasets.importers.kinect_bodies import KINECT_T_CAMERA, KinectBodies, unmirrored
 from hsbench.errors import DataError
 from hsbench.geometry import convex, transforms
 from hsbench.geometry.cameras import Camera, PinholeCamera, TopDownCamera, world_T_camera
-from hsbench.io.dataset_index import EPISODES_FOLDER, write_index
-from hsbench.io.episodes import write_episode
 from hsbench.schema.episode import Episode, EpisodeTruth, FrameList
 from hsbench.schema.poses import JointState, PoseTable
 from hsbench.schema.scene import Part, Room, Scene, SceneObject
@@ -150,17 +147,6 @@ def pose2room_episode(sample: pose2room.Pose2RoomSample, episode_id: str) -> Epi
     sensor = Sensor("topdown", TopDownCamera(side_y, side_x, CELL_M), None)
     truth = None if scene is None else EpisodeTruth(scene=scene)
     return Episode(episode_id, "pose2room", sensor, FrameList(), poses, 0, int(stamps[-1]), truth=truth)
-
-
-def add_captures(out: Path, episodes: Sequence[Episode]) -> None:
-    """Write episodes into the data set folder ``out`` as ``add_capture`` does, and index them once."""
-    first, *rest = episodes
-    add_capture(out, first)
-    try:
-        for episode in rest:
-            write_episode(out / EPISODES_FOLDER / episode.episode_id, episode, episode.episode_id, "")
-    finally:
-        write_index(out)
 
 
 def _scene(sample: pose2room.Pose2RoomSample, room: pose2room.Box, scene_id: str) -> Scene:

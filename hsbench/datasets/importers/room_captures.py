@@ -26,6 +26,7 @@ from hsbench.geometry.numerics import quantise_m
 from hsbench.geometry.polygons import signed_area
 from hsbench.geometry.transforms import apply
 from hsbench.geometry.triangle_meshes import weld
+from hsbench.io.pixel_labels import PixelLabels, Thing
 from hsbench.schema.categories import category
 from hsbench.schema.episode import Episode, EpisodeTruth, Frame, FrameList
 from hsbench.schema.occupancy import OccupancyTruth
@@ -160,13 +161,17 @@ def nyu_episode(
     """One labelled frame; with a rotation, its labelled surfaces in voxels of ``grid`` as truth; and notes.
 
     The floor is where pixels labelled so lie, else that of the depth image. Voxels that are neither seen to be free nor
-    hold a labelled point are ignored. ``frame`` has the labels of pixels, for which a stored episode has no place.
+    hold a labelled point are ignored. The labels of pixels, with the source's names, are truth with or without it.
     Raises DataError for a depth image without a reading.
     """
     frames = FrameList((Frame(0, frame.rgb, frame.depth_m),))
+    named = zip(frame.names, frame.categories, strict=True)
+    things = tuple(Thing(number, name, kind) for number, (name, kind) in enumerate(named, start=1))
+    labels = PixelLabels((0,), things, (frame.instance,))
     if upright_R_camera is None:
         note = "how the camera leans is not known (give the rotations), so there is no truth in the episode frame"
-        return Episode(episode_id, "nyu-v2", Sensor("rgbd", NYU_COLOUR, None), frames, None, 0, 0), [note]
+        sensor, truth = Sensor("rgbd", NYU_COLOUR, None), EpisodeTruth(frames=labels)
+        return Episode(episode_id, "nyu-v2", sensor, frames, None, 0, 0, truth=truth), [note]
     points = NYU_COLOUR.unproject(frame.depth_m) @ upright_R_camera.T
     seen = frame.depth_m > 0
     on_floor = seen & (frame.semantic == category("floor").category_id)
@@ -181,7 +186,8 @@ def nyu_episode(
     labelled = seen & (frame.instance > 0)
     occupancy = _surfaces(frame, sensor, apply(episode_T_upright, points[labelled]), frame.instance[labelled], grid)
     notes += unknown_names(frame.names)
-    return Episode(episode_id, "nyu-v2", sensor, frames, None, 0, 0, truth=EpisodeTruth(occupancy=occupancy)), notes
+    truth = EpisodeTruth(occupancy=occupancy, frames=labels)
+    return Episode(episode_id, "nyu-v2", sensor, frames, None, 0, 0, truth=truth), notes
 
 
 def _surfaces(

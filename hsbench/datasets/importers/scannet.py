@@ -29,13 +29,12 @@ from hsbench.datasets.importers.scene_labels import LabelTable
 from hsbench.datasets.importers.scene_objects import build_objects, group_nodes
 from hsbench.datasets.importers.scene_rooms import ceiling_height
 from hsbench.datasets.importers.scene_source import Rgb, SourceMesh, SourceNode
-from hsbench.datasets.importers.scene_truth import SceneTruth, scene_truth
+from hsbench.datasets.importers.scene_to_folder import require_free, store_scene
+from hsbench.datasets.importers.scene_truth import SceneTruth
 from hsbench.datasets.importers.upright import numbers, read_text
 from hsbench.errors import DataError, SchemaError
 from hsbench.geometry.numerics import quantise_m
 from hsbench.geometry.transforms import apply, is_rigid
-from hsbench.io.checksums import sha256_file
-from hsbench.io.scene_folder import write_scene
 from hsbench.schema.scene import Room, Scene
 from hsbench.typing import AnyArray, FloatArray, Int32Array, IntArray
 
@@ -154,23 +153,12 @@ def import_scannet(folder: Path, out: Path, name: str | None = None) -> tuple[Im
 
     name: scene id (default: the scan's). Raises DataError.
     """
-    if out.exists():
-        raise DataError(f"{out} exists already; choose another place or remove it first")
+    require_free(out)
     scan = read_scannet(folder)
     imported = scannet_scene(scan, name or scan.files[0].name.removesuffix(MESH))
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "meshes with open pieces")  # every scan is open: a note says so
-        truth = scene_truth(imported.scene)
-    walk = truth.walk
-    write_scene(
-        out,
-        imported.scene,
-        truth.occupancy,
-        {"free": walk.free, "origin_xy": walk.origin_xy, "cell_m": np.array(walk.cell_m)},
-        {"files": {f.name: sha256_file(f) for f in scan.files}, "notes": [*imported.notes, *truth.notes]},
-        truth.affordance,
-    )
-    return imported, truth
+        return imported, store_scene(out, imported, scan.files, {})
 
 
 def _nodes(scan: ScannetScan, points: FloatArray, notes: list[str]) -> tuple[SourceNode, ...]:

@@ -32,6 +32,7 @@ from hsbench.schema.scene import Room
 IGNORE = "ignore"
 COLUMNS = ("node", "part", "category", "object", "role", "movable")
 MAX_TABLE_BYTES = 4 << 20
+SHOWN, MAX_LETTERS = 12, 200  # of names and of columns in one message
 BLENDER_SUFFIX = re.compile(r"\.\d{3,}$")
 TRUTH = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 NAMES = tuple(category.name for category in CATEGORIES)
@@ -76,11 +77,13 @@ def read_labels(path: Path) -> LabelTable:
         raise DataError(f"{path}: expected a label table that ends in .csv, .tsv or .json")
     try:
         text = data.decode("utf-8-sig")
-        rows = list(
-            csv.DictReader(io.StringIO(text), delimiter="," if path.suffix.lower() == ".csv" else "\t", strict=True)
-        )
+        delimiter = "," if path.suffix.lower() == ".csv" else "\t"
+        table = csv.DictReader(io.StringIO(text), delimiter=delimiter, strict=True)
+        columns, rows = table.fieldnames or (), list(table)
     except (UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path}: no valid table ({error})") from error
+    if "node" not in columns:
+        raise DataError(f"{path}: no column node in its first line; expected node, category and what else there is")
     return LabelTable(_labels(rows, str(path), first=2))
 
 
@@ -124,9 +127,8 @@ def _labels(rows: list[dict[str, Any]], at: str, first: int) -> dict[tuple[str, 
         entry = {key: value for key, value in row.items() if value not in (None, "")}
         unknown = [key for key in row if key not in COLUMNS]
         if unknown or not isinstance(entry.get("node"), str):
-            raise DataError(
-                f"{where}: columns {list(row)}; expected node, category and perhaps {', '.join(COLUMNS[1:])}"
-            )
+            found = str(list(row))[:MAX_LETTERS]
+            raise DataError(f"{where}: columns {found}; expected node, category and perhaps {', '.join(COLUMNS[1:])}")
         key = (entry.pop("node"), str(entry.pop("part", "")))
         if key in labels:
             raise DataError(f"{where}: node {key[0]!r}{f' part {key[1]!r}' if key[1] else ''} is labelled twice")
@@ -138,7 +140,7 @@ def _label(entry: Mapping[str, Any], at: str) -> Label:
     category, role = entry.get("category"), entry.get("role")
     if category is not None and category != IGNORE and category not in NAMES:
         like = nearest_names(str(category), NAMES)
-        hint = f"nearest: {', '.join(like)}" if like else f"known: {', '.join(NAMES)}"
+        hint = f"nearest: {', '.join(like)}" if like else f"known: {', '.join(NAMES[:SHOWN])} ..."
         raise DataError(f"{at}: category {category!r} is unknown; {hint} (or {IGNORE})")
     if role is not None and role not in ROLES:
         raise DataError(f"{at}: role {role!r} is unknown; expected one of {', '.join(sorted(ROLES))}")

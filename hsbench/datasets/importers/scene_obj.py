@@ -68,6 +68,8 @@ def read_obj(path: Path, root: Path) -> SourceScene:
                 colours |= _colours(library)
             else:
                 missing.append(rest.strip())
+    if not nodes:
+        raise DataError(f"{path}: no face; expected objects of lines v and f (another format?)")
     try:
         points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     except ValueError as error:

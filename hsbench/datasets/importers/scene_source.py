@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from hsbench.errors import DataError
+from hsbench.io.decoding import decode_image
 from hsbench.typing import AnyArray, FloatArray, Int32Array
 
 MAX_FILE_BYTES = 512 << 20
@@ -112,10 +113,7 @@ def mean_colour(data: bytes) -> FloatArray | None:
     sides = (int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big"))
     if data[0] == 0x89 and max(sides) > MAX_TEXTURE_SIDE_PX:  # a JPEG is shrunk while it is read, a PNG is not
         return None
-    try:
-        picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_REDUCED_COLOR_8)
-    except cv2.error:
-        return None
+    picture, _ = decode_image(data, cv2.IMREAD_REDUCED_COLOR_8)
     return None if picture is None else np.asarray(picture.reshape(-1, 3).mean(axis=0)[::-1] / 255.0)
 
 

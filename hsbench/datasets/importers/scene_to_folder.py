@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from hsbench.datasets.importers.scene_placement import INSTANCE
 from hsbench.datasets.importers.scene_truth import SceneTruth, scene_truth
 from hsbench.errors import DataError
 from hsbench.io.checksums import sha256_file
+from hsbench.io.dataset_index import require_outside
 from hsbench.io.scene_folder import write_scene
 
 MODELS = (".glb", ".gltf", ".obj")
@@ -25,8 +28,7 @@ def import_to_folder(
 
     name: scene id (default: the file's name up to its first dot); the rest as in ``import_scene``. Raises DataError.
     """
-    if out.exists():
-        raise DataError(f"{out} exists already; choose another place or remove it first")
+    require_free(out)
     if default is not None and default not in NAMES:
         hint = ", ".join(nearest_names(default, NAMES)) or "object"
         raise DataError(f"--default {default}: no such category; nearest: {hint}")
@@ -36,23 +38,34 @@ def import_to_folder(
     table = LabelTable({}) if labels is None else read_labels(labels)
     scene_id = name or path.name.partition(".")[0]
     imported = import_scene(path, table, scene_id, assets=assets, up=up, scale=scale, default=default)
+    files = (*imported.files, *([labels] if labels else []))
+    return imported, store_scene(out, imported, files, {"up": up, "scale": scale, "default": default})
+
+
+def store_scene(out: Path, imported: ImportedScene, files: Sequence[Path], settings: Mapping[str, Any]) -> SceneTruth:
+    """Compute the truth of an imported scene and write both to the new folder ``out``; returns the truth.
+
+    files, settings: what it was read from and how, kept in ``source.json``. Raises DataError if the folder exists.
+    """
     truth = scene_truth(imported.scene)
     walk = truth.walk
+    hashes = {file.name: sha256_file(file) for file in files}
     write_scene(
         out,
         imported.scene,
         truth.occupancy,
         {"free": walk.free, "origin_xy": walk.origin_xy, "cell_m": np.array(walk.cell_m)},
-        {
-            "files": {file.name: sha256_file(file) for file in (*imported.files, *([labels] if labels else []))},
-            "up": up,
-            "scale": scale,
-            "default": default,
-            "notes": [*imported.notes, *truth.notes],
-        },
+        {"files": hashes, **settings, "notes": [*imported.notes, *truth.notes]},
         truth.affordance,
     )
-    return imported, truth
+    return truth
+
+
+def require_free(out: Path) -> None:
+    """Raise DataError, before any work, where ``out`` is there already or lies inside of a data set."""
+    if out.exists():
+        raise DataError(f"{out} exists already; choose another place or remove it first")
+    require_outside(out)
 
 
 def scene_file(source: Path) -> Path:

@@ -36,6 +36,7 @@ from hsbench.geometry import transforms
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.voxel_labels import downsample_labels as downsample_labels
+from hsbench.io.decoding import decode_image
 from hsbench.io.reading import read_limited
 from hsbench.typing import AnyArray, Float32Array, FloatArray, UInt8Array
 
@@ -116,9 +117,11 @@ def read_depth_png(path: str | Path) -> Float32Array:
     if (bits, colour) != (16, 0):
         kind = f"{bits}-bit {'grey' if colour == 0 else 'colour or alpha'}"
         raise DataError(f"{path}: {kind} PNG; expected 16-bit grey (a colour image, or depth scaled for viewing?)")
-    pixels: AnyArray | None = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    pixels, complaint = decode_image(data, cv2.IMREAD_UNCHANGED)
     if pixels is None or pixels.shape != (height, width) or pixels.dtype != np.uint16:
-        raise DataError(f"{path}: damaged PNG; expected {height} x {width} 16-bit pixels (an incomplete copy?)")
+        raise DataError(
+            f"{path}: damaged PNG{complaint}; expected {height} x {width} 16-bit pixels (an incomplete copy?)"
+        )
     depth_m: Float32Array = ((pixels >> 3) | (pixels << 13)).astype(np.float32) / np.float32(1000.0)
     beyond, measured = int((depth_m > MAX_DEPTH_M).sum()), int((depth_m > 0).sum())
     if beyond > MAX_FRACTION_BEYOND_DEPTH * measured:

@@ -96,10 +96,11 @@ def read_zind(path: str | Path) -> tuple[list[ZindPanorama], list[str]]:
     return found, notes
 
 
-def zind_episode(panorama: ZindPanorama, episode_id: str) -> Episode:
+def zind_episode(panorama: ZindPanorama, home: str) -> Episode:
     """The panorama as the one frame of a 360 episode; its room, and the height of the camera, are truth.
 
-    Raises DataError for a picture that cannot be read or is not twice as wide as high.
+    home: the scene, alike for all its panoramas; ids of episodes begin with it. Raises DataError for a picture that
+    cannot be read or is not twice as wide as high.
     """
     height_px, width_px = bounded_rgb(panorama.image).shape[:2]
     if width_px != 2 * height_px:
@@ -107,10 +108,11 @@ def zind_episode(panorama: ZindPanorama, episode_id: str) -> Episode:
     camera = EquirectangularCamera(width_px, height_px)
     room = Room(panorama.room_type, panorama.outline_xy)
     objects = room_objects(panorama.outline_xy, panorama.height_m, panorama.openings)
-    scene = Scene(episode_id, (room,), panorama.height_m, objects, "imported")
+    scene = Scene(home, (room,), panorama.height_m, objects, "imported")
     truth = EpisodeTruth(scene=scene, sensor=Sensor("equirectangular", camera, panorama.camera_height_m))
     frames = FileFrames(np.zeros(1, dtype=np.int64), (panorama.image,), (None,))
-    return Episode(episode_id, DATASET, Sensor("equirectangular", camera, None), frames, None, 0, 0, truth=truth)
+    sensor = Sensor("equirectangular", camera, None)
+    return Episode(f"{home}-{panorama.name}", DATASET, sensor, frames, None, 0, 0, truth=truth)
 
 
 def _panoramas(merger: Any, where: str) -> list[tuple[str, str, dict[str, Any]]]:

@@ -7,9 +7,15 @@ import shutil
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
 from hsbench.cli.main import run
+from hsbench.datasets.importers.capture_set import add_capture
+from hsbench.io.atomic import write_json
+from hsbench.schema import Episode
+from hsbench.schema.episode import Frame, FrameList
+from tests.unit.episode_builders import SENSORS
 
 OLD = Path(__file__).parents[2] / "fixtures" / "schema-0.2"
 
@@ -24,7 +30,10 @@ def test_every_form_is_written_once(form: str, data: Path, tmp_path: Path, capsy
     for words, told in (([], "inputs only"), (["--truth"], "with truth")):
         out = tmp_path / f"{form}{len(words)}"
         assert run(["export", str(data), "--to", form, "--out", str(out), *words]) == 0
-        assert capsys.readouterr().out == f"{out}: 3 episodes as {form}, {told}\n"
+        first, following = capsys.readouterr().out.splitlines()
+        assert first == f"{out}: 3 episodes as {form}, {told}"
+        assert following.startswith("next: ")
+        assert str(out) in following
         assert run(["export", str(data), "--to", form, "--out", str(out), *words]) == 2
         assert "exists already" in capsys.readouterr().err
 
@@ -54,6 +63,60 @@ def test_one_episode_of_a_split(data: Path, tmp_path: Path, capsys: pytest.Captu
 def test_mistakes(words: list[str], message: str, data: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["export", str(data), *words]) == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.filterwarnings("always::UserWarning")
+def test_pictures_without_an_annotation_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = tmp_path / "data"
+    frames = FrameList((Frame(0, rgb=np.zeros((18, 24, 3), np.uint8)),))
+    add_capture(data, Episode("camera", "camera", SENSORS["monocular"], frames, None, 0, 0))
+    assert run(["export", str(data), "--to", "coco", "--out", str(tmp_path / "coco")]) == 0
+    assert "note: no picture has an annotation" in capsys.readouterr().err
+    assert not json.loads((tmp_path / "coco/annotations/person_keypoints_unsplit.json").read_text())["annotations"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["export", "{data}", "--to", "huggingface", "--out", "{data}/hf"],
+        ["export", "{data}", "--to", "glb", "--truth", "--split", "val", "--out", "{data}/episodes/film-1/glb"],
+        ["export", "{data}", "--episode", "film-1", "--plan", "{data}/plan.svg"],
+        ["info", "{data}", "--pictures", "{data}/sheet.png"],
+        ["task", "template", "affordance-topdown", "--data", "{data}", "--out", "{data}/pred"],
+    ],
+)
+def test_nothing_is_written_into_a_data_set(words: list[str], data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = sorted(data.rglob("*"))
+    assert run([word.format(data=data) for word in words]) == 2
+    assert f"lies inside of the data set {data}" in capsys.readouterr().err
+    assert sorted(data.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (["export", "{data}", "--episode", "film-1", "--plan"], "plan.svg"),
+        (["export", "{data}", "--episode", "film-1", "--json"], "room.json"),
+        (["export", "{data}", "--episode", "film-1", "--glb"], "room.glb"),
+        (["info", "{data}", "--pictures"], "sheet.png"),
+    ],
+)
+def test_no_file_is_written_over(
+    words: list[str], name: str, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / name).write_text("mine")
+    assert run([*(word.format(data=data) for word in words), str(tmp_path / name)]) == 2
+    assert f"{words[-1]} {tmp_path / name}: exists already" in capsys.readouterr().err
+    assert (tmp_path / name).read_text() == "mine"
+
+
+def test_info_refuses_a_schema_that_loading_does_not_know(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    description = json.loads((data / "dataset.json").read_text())
+    write_json(data / "dataset.json", {**description, "schema_version": "9.9"})
+    assert run(["info", str(data)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "dataset.json: schema_version is '9.9'" in line
+    assert "upgrade hsbench" in line
 
 
 def test_verify_says_what_repairs(data: Path, capsys: pytest.CaptureFixture[str]) -> None:

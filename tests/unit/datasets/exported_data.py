@@ -9,7 +9,7 @@ import numpy as np
 from episode_builders import SENSORS, events, motions, object_truth, scene
 
 from hsbench import Dataset, load
-from hsbench.datasets.importers.captures import add_capture
+from hsbench.datasets.importers.capture_set import add_capture
 from hsbench.geometry.transforms import apply
 from hsbench.io.frame_store import Film, Patch, Picture
 from hsbench.schema import Episode, EpisodeTruth, PoseTable, TruePoseTable

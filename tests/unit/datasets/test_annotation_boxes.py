@@ -21,14 +21,15 @@ from hsbench.datasets.annotation.boxes import BoxLabels, in_episode_frame, read_
 from hsbench.datasets.annotation.plan import PlanRegion, write_plan
 from hsbench.datasets.annotation.swept import LEAST_M, RADIUS_M, swept_by_joints
 from hsbench.datasets.dataset import load
-from hsbench.datasets.importers.captures import add_capture
-from hsbench.errors import DataError
+from hsbench.datasets.importers.capture_set import add_capture, add_captures
+from hsbench.errors import DataError, SchemaError
+from hsbench.evaluation.score import score
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.polygons import contains
 from hsbench.geometry.transforms import apply, invert
 from hsbench.io.atomic import write_json
-from hsbench.io.checksums import manifest
+from hsbench.io.checksums import manifest, sha256_file
 from hsbench.io.images import depth_from_mm, depth_to_mm
 from hsbench.schema.episode import Episode, Frame, FrameList
 from hsbench.schema.events import EventTable
@@ -37,7 +38,9 @@ from hsbench.schema.scene import Scene
 from hsbench.schema.sensor import Sensor
 from hsbench.schema.skeletons import KINECT_V2
 from hsbench.schema.states import Affordance, Evidence, Visibility, VoxelState
+from hsbench.submission import Metadata, write_submission
 from hsbench.tasks.scene_completion import GRID
+from hsbench.tasks.scene_completion import SCENE_COMPLETION as SPEC
 from hsbench.truth.objects import object_truth
 from hsbench.truth.occupancy import solid_occupancy
 from hsbench.truth.sight import ray_image, true_states
@@ -359,11 +362,15 @@ def test_an_annotated_capture_is_verified_predicted_and_scored(
     assert run(call) == 0
     out = capsys.readouterr().out
     assert "100.0% of the points" in out
+    assert out.splitlines()[-1] == f"next: hsbench verify {data}"
+    record = {"file": "boxes.json", "sha256": sha256_file(boxes), "explained": 1.0}
+    assert store.read_record(data, "day-1") == dict.fromkeys(("scene", "occupancy", "objects"), record)
     assert "7 storage_box: fully occluded (0 of" in out
     square = np.array([[0.0, -1.0], [2.0, -1.0], [2.0, 1.0], [0.0, 1.0]])
     write_plan(plan, (PlanRegion("walkable", (square,)),))
     assert run(["annotate", "plan", str(plan), "--data", str(data), "--episode", "day-1"]) == 0
     assert "4.00 m2 walkable" in capsys.readouterr().out
+    assert sorted(store.read_record(data, "day-1")) == ["affordance", "objects", "occupancy", "scene"]
     assert run(["verify", str(data)]) == 0
     assert {n: h for n, h in manifest(data / "episodes" / "day-1").items() if n.startswith("inputs")} == inputs
     truth = load(data, truth=True)[0].truth
@@ -392,16 +399,38 @@ def test_a_stop_while_storing_is_mended_by_storing_again(tmp_path: Path, monkeyp
     add_capture(data, capture(scene_of(labels_of(ROOM, tmp_path), "r")))
     call = ["annotate", "boxes", str(tmp_path / "boxes.json"), "--data", str(data), "--episode", "day-1"]
 
-    def stop(*_: object) -> None:
+    def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        patched.setattr(store, "write_json", stop)
+        patched.setattr(store, "manifest", stop)
         assert run(call) == 130
     assert run(["verify", str(data)]) == 2
     assert not [path for path in data.rglob("*") if path.name.startswith(".")]
     assert run([*call, "--replace"]) == 0
     assert run(["verify", str(data)]) == 0
+
+
+def test_what_is_annotated_is_scored_of_a_set_that_is_partly_so(tmp_path: Path) -> None:
+    data, pred = tmp_path / "data", tmp_path / "pred"
+    own = capture(scene_of(labels_of(ROOM, tmp_path), "r"))
+    add_captures(data, [own, replace(own, episode_id="day-2"), replace(own, episode_id="day-3")])
+    call = ["annotate", "boxes", str(tmp_path / "boxes.json"), "--data", str(data), "--episode"]
+    assert [run([*call, name]) for name in ("day-1", "day-3")] == [0, 0]
+    loaded = load(data, truth=True)
+    annotated = loaded.where(annotated=("occupancy", "objects"))
+    assert annotated.episode_ids == ("day-1", "day-3")
+    assert loaded.where(annotated=("affordance",)).episode_ids == ()
+    assert loaded.where().episode_ids == loaded.episode_ids
+    metadata = Metadata(SPEC.name, SPEC.version, "nothing", SPEC.tracks[0], causal=True)
+    write_submission(pred, SPEC, metadata, ((e.episode_id, SPEC.dummy(e)) for e in annotated))
+    counts = score("scene-completion", pred, annotated).counts
+    assert (counts.scored, counts.missing) == (2, 0)
+    with pytest.raises(SchemaError, match="annotated are truth"):
+        load(data).where(annotated=("occupancy",))
+    for wrong in ("occupancy", ("voxels",)):
+        with pytest.raises(SchemaError, match="expected some of scene, poses"):
+            loaded.where(annotated=wrong)
 
 
 def test_generated_data_keep_their_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -30,11 +30,13 @@ from hsbench.datasets.annotation.label_files import write_labels
 from hsbench.datasets.annotation.labels import NAMES, Region, ViewLabels, bits_of, labels_at
 from hsbench.datasets.annotation.lenses import bent, straight
 from hsbench.datasets.annotation.overlay import COLOURS, VOID, overlaid
+from hsbench.datasets.annotation.store import read_record, store_truth
 from hsbench.datasets.annotation.view import carried, transfer
 from hsbench.datasets.dataset import load
-from hsbench.datasets.importers.pose_captures import add_captures
+from hsbench.datasets.importers.capture_set import add_captures
 from hsbench.errors import DataError
 from hsbench.geometry.cameras import BrownCamera, PinholeCamera, pixel_centres
+from hsbench.io.checksums import sha256_file
 from hsbench.schema.episode import Episode, Frame, FrameList
 from hsbench.schema.occupancy import VIEW_UNSCORED
 from hsbench.schema.sensor import Sensor
@@ -275,6 +277,7 @@ def test_the_command_labels_episodes_and_refuses_others(tmp_path: Path, capsys: 
     assert "episode a, camera as it was" in out.out
     assert "episode b, camera moved" in out.out
     assert "episode c: labels cannot be carried over" in out.err
+    assert out.out.splitlines()[-1] == f"next: hsbench verify {data}"
     assert run(["verify", str(data)]) == 0
     a, b, c = load(data, truth=True)
     assert a.truth is not None
@@ -285,11 +288,27 @@ def test_the_command_labels_episodes_and_refuses_others(tmp_path: Path, capsys: 
     assert c.truth is None or c.truth.view_affordance is None
     assert run(call) == 2
     assert "has truth of view_affordance already" in capsys.readouterr().err
+    fresh = [*call[:-1], "c", "--pictures", str(tmp_path / "seen"), "--camera", "fixed"]
+    (tmp_path / "seen" / "c.png").write_text("mine")
+    assert run(fresh) == 2
+    assert "c.png: exists already" in capsys.readouterr().err
+    assert (tmp_path / "seen" / "c.png").read_text() == "mine"
     capsys.readouterr()
     assert run([*call, "--replace", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["refused"] == []
     assert told["episodes"]["a"]["moved"] is False
+    given = {"file": "seat.json", "sha256": sha256_file(tmp_path / "seat.json"), "frame": 0, "camera": "auto"}
+    assert read_record(data, "a") == {"view_affordance": {**given, "episode_id": "a", **told["episodes"]["a"]}}
+    moved = read_record(data, "b")["view_affordance"]
+    assert moved["moved"] is True
+    assert (moved["episode_id"], moved["matches"] >= MIN_INLIERS) == ("a", True)
+    assert read_record(data, "c") == {}
+    assert run([*call, "--replace", "--pictures", str(tmp_path / "seen")]) == 0
+    store_truth(data, "b", b.truth, ("affordance",), {"file": "plan.json"})
+    assert read_record(data, "b") == {"view_affordance": moved, "affordance": {"file": "plan.json"}}
+    assert run(["verify", str(data)]) == 0
+    capsys.readouterr()
     assert run([*call, "--frame", "9", "--replace"]) == 2
     assert "no frame 9" in capsys.readouterr().err
 

@@ -338,7 +338,7 @@ def test_an_indexed_episode_that_is_gone_is_named(rgbd_copy: Path) -> None:
 def test_another_schema_version_is_refused(rgbd_copy: Path, version: object) -> None:
     path = first_unit(rgbd_copy) / "episode.json"
     path.write_text(json.dumps({**json.loads(path.read_text()), "schema_version": version}))
-    with pytest.raises(SchemaError, match=r"schema_version is .*; expected '0\.3'") as error:
+    with pytest.raises(SchemaError, match=r"schema_version is .*; expected '0\.4'") as error:
         load(rgbd_copy)[0]
     assert first_unit(rgbd_copy).name in one_line(error.value)
 

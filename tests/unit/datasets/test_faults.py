@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -76,9 +77,42 @@ def test_all_kinds_in_one_run(data: Path) -> None:
     )
     assert again in repair_of(faults, f"episodes/{two}/inputs/activity_maps.npz", "truncated")
     assert again in repair_of(faults, f"episodes/{three}/episode.json", "changed")
-    assert repair_of(faults, str(episodes / three), "schema_version is '7.0'") == UPGRADE
+    assert repair_of(faults, f"episodes/{three}: ", "schema_version is '7.0'") == UPGRADE
     assert again in repair_of(faults, f"episodes/{one}/truth/scene.npz", "changed")
     assert repair_of(faults, "episodes.parquet", "changed").startswith("remove episodes.parquet and manifest.json")
+
+
+DAMAGE: dict[str, Callable[[Path], object]] = {
+    "missing": lambda path: path.unlink(),
+    "empty": lambda path: path.write_bytes(b""),
+    "truncated": lambda path: path.write_bytes(path.read_bytes()[:-30]),
+    "another kind": lambda path: path.write_bytes(b"[1, 2]\n"),
+    "no JSON": lambda path: path.write_bytes(b'{"a": }\n'),
+    "newer": lambda path: path.write_bytes(b'{"schema_version": "9.9"}\n'),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_fault_is_one_line_that_names_its_file_and_nothing_twice(data: Path, damage: str) -> None:
+    """A file of each kind: what is said anew names it, from the root of the data set, and advises no second run."""
+    known = {fault.text for fault in all_faults(data)}
+    unit = unit_folders(data)[0].relative_to(data).as_posix()
+    own = ("episode.json", "inputs/poses.parquet", "truth/scene.npz", "manifest.json")
+    names = ["dataset.json", "episodes.parquet", *(f"{unit}/{name}" for name in own)]
+    for name in names[:-1] if damage == "newer" else names:
+        path = data / name
+        whole = path.read_bytes()
+        DAMAGE[damage](path)
+        new = [fault for fault in all_faults(data) if fault.text not in known]
+        path.write_bytes(whole)
+        assert [fault for fault in new if fault.text.startswith(f"{name}: ")], name
+        for text, repair in ((fault.text, fault.repair) for fault in new):
+            assert "\n" not in text
+            assert str(data) not in text
+            assert "hsbench verify" not in text + repair
+        assert len({fault.text for fault in new}) == len(new)
+        if damage in ("missing", "truncated") and not name.endswith("manifest.json"):
+            assert sum(name in fault.text for fault in new) == 1, [fault.text for fault in new]
 
 
 @pytest.mark.parametrize("name", ["manifest.json", "dataset.json", "episodes.parquet", "croissant.json"])
@@ -97,22 +131,31 @@ def test_no_file_of_the_whole_set_stops_the_run(data: Path, name: str, content: 
     assert [f for f in faults if f"{last.name}/inputs/poses.parquet: missing" in f.text]
 
 
+@pytest.mark.parametrize("wrong", ["0", 0.5, None, True])
+def test_a_time_that_is_no_whole_number(data: Path, wrong: object) -> None:
+    unit = unit_folders(data)[0]
+    descriptor = json.loads((unit / "episode.json").read_text())
+    write_json(unit / "episode.json", {**descriptor, "t0_ns": wrong})
+    repair_of(all_faults(data), f"episodes/{unit.name}: t0_ns is {wrong!r}", "expected whole nanoseconds")
+
+
 def test_the_index_and_the_episodes_disagree(data: Path) -> None:
     first, second, _ = unit_folders(data)
     shutil.copytree(first, first.with_name("by-hand"))
     shutil.rmtree(second)
     faults = all_faults(data)
     assert repair_of(faults, "episodes/by-hand", "added by hand").startswith("remove ")
-    assert f"remove {second}" in repair_of(faults, f"episodes/{second.name}/manifest.json", "missing")
+    assert f"remove {second}" in repair_of(faults, f"episodes/{second.name}", "missing")
     manifest = json.loads((data / "manifest.json").read_text())
     del manifest[f"episodes/{second.name}/manifest.json"]
     manifest["episodes/by-hand/manifest.json"] = manifest[f"episodes/{first.name}/manifest.json"]
     (data / "manifest.json").write_text(json.dumps(manifest))
-    assert repair_of(all_faults(data), "episodes.parquet has no row of by-hand", "").startswith("remove episodes")
+    repair = repair_of(all_faults(data), "episodes.parquet: no row of by-hand", "expected one")
+    assert repair.startswith("remove episodes")
 
 
 @pytest.mark.parametrize(
-    ("version", "repair"), [("0.4", UPGRADE), ("0.0", "fetch dataset.json again"), (None, "fetch")]
+    ("version", "repair"), [("9.9", UPGRADE), ("0.0", "fetch dataset.json again"), (None, "fetch")]
 )
 def test_versions_of_the_whole_set(data: Path, version: str | None, repair: str) -> None:
     description = json.loads((data / "dataset.json").read_text())

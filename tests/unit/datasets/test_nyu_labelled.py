@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +25,7 @@ from hsbench.datasets.verify import verify_episode, verify_files
 from hsbench.errors import DataError, MissingExtraError
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.geometry.transforms import apply
+from hsbench.io.pixel_labels import PixelLabels
 from hsbench.schema.categories import CATEGORIES, category
 from hsbench.schema.states import VoxelState
 from hsbench.typing import AnyArray, FloatArray
@@ -193,7 +195,10 @@ def test_the_instance_of_a_voxel_is_that_of_most_of_its_points(frame: NyuFrame) 
 
 def test_without_rotation_nothing_is_placed(frame: NyuFrame) -> None:
     episode, notes = nyu_episode(frame, "a", None, GRID)
-    assert (episode.truth, episode.sensor.height_m) == (None, None)
+    assert episode.truth is not None
+    assert (episode.truth.occupancy, episode.truth.scene, episode.sensor.height_m) == (None, None, None)
+    assert episode.truth.frames is not None
+    assert np.array_equal(episode.truth.frames[0].instance, frame.instance)
     assert any("how the camera leans is not known" in note for note in notes)
 
 
@@ -208,6 +213,22 @@ def test_import_and_load(sound: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert episode.episode_id == "NYU0002"
     assert episode.frames[0].depth_m is not None
     np.testing.assert_allclose(episode.frames[0].depth_m, DEPTH, atol=6e-4)  # millimetres on disk
+    read = read_nyu_labelled(sound, 1)
+    assert episode.truth is not None
+    assert isinstance(labels := episode.truth.frames, PixelLabels)
+    assert [(t.instance_id, t.name, t.category) for t in labels.things] == [
+        (k, name, kind) for k, (name, kind) in enumerate(zip(read.names, read.categories, strict=True), start=1)
+    ]
+    assert np.array_equal(labels[0].instance, read.instance)
+    assert np.array_equal(labels[0].semantic, read.semantic)
+    coco = tmp_path / "coco"
+    assert run(["export", str(out), "--to", "coco", "--truth", "--out", str(coco)]) == 0
+    masks = json.loads((coco / "annotations" / "instances_unsplit.json").read_text())["annotations"]
+    assert sorted((m["object_id"], m["category_id"], m["area"]) for m in masks) == [
+        (k, category(kind).category_id, float(np.count_nonzero(read.instance == k)))
+        for k, kind in enumerate(read.categories, start=1)
+    ]
+    capsys.readouterr()
     assert run(["import", "nyu-v2", str(sound), "--frame", "3", "--out", str(out)]) == 2
     assert "has 2 frames; frame 2 is none of them" in capsys.readouterr().err
 
