@@ -105,13 +105,14 @@ def _cut(
             if len(polygon) < 3:
                 continue
             u, v = polygon[:, 0], polygon[:, 1]
-            nu = max(1, int(np.ceil((u.max() - u.min() - SLACK_M) / PATCH_M)))
-            nv = max(1, int(np.ceil((v.max() - v.min() - SLACK_M) / PATCH_M)))
-            du, dv = (u.max() - u.min()) / nu, (v.max() - v.min()) / nv
+            low_u, low_v = u.min(), v.min()
+            nu = max(1, int(np.ceil((u.max() - low_u - SLACK_M) / PATCH_M)))
+            nv = max(1, int(np.ceil((v.max() - low_v - SLACK_M) / PATCH_M)))
+            du, dv = (u.max() - low_u) / nu, (v.max() - low_v) / nv
             half[p, 0], half[p, 1] = a * du / 2, b * dv / 2
             for i in range(nu):
                 for j in range(nv):
-                    x, y = u.min() + (i + 0.5) * du, v.min() + (j + 0.5) * dv
+                    x, y = low_u + (i + 0.5) * du, low_v + (j + 0.5) * dv
                     z = planes[p, 3] * planes[p, 2] + x * a[2] + y * b[2]
                     if z < low_z or z > high_z:
                         continue
@@ -121,8 +122,9 @@ def _cut(
                     if count == len(face):
                         point, middle = np.concatenate((point, point)), np.concatenate((middle, middle))
                         face = np.concatenate((face, face))
-                    point[count] = planes[p, 3] * planes[p, :3] + share_x * a + share_y * b
-                    middle[count] = planes[p, 3] * planes[p, :3] + x * a + y * b
+                    for c in range(3):
+                        point[count, c] = planes[p, 3] * planes[p, c] + share_x * a[c] + share_y * b[c]
+                        middle[count, c] = planes[p, 3] * planes[p, c] + x * a[c] + y * b[c]
                     face[count] = p
                     count += 1
     return point[:count].copy(), middle[:count].copy(), face[:count].copy(), normal, half, shape, thickness
@@ -193,16 +195,22 @@ def _steps(half: FloatArray, side: float) -> int:
 @numba.njit(cache=True)
 def _samples(patches: Patches, k: int, planes: FloatArray, start: IntArray, side: float) -> FloatArray:
     """(N, 3) points all over a patch, ``SUBSAMPLES`` to a cell along each of its sides."""
+    # Scalars: slices and small arrays in the loop would take most of the time.
     f = patches.face[k]
-    a, b = patches.half[f, 0], patches.half[f, 1]
-    na, nb = _steps(a, side), _steps(b, side)
+    ax, ay, az = patches.half[f, 0, 0], patches.half[f, 0, 1], patches.half[f, 0, 2]
+    bx, by, bz = patches.half[f, 1, 0], patches.half[f, 1, 1], patches.half[f, 1, 2]
+    na, nb = _steps(patches.half[f, 0], side), _steps(patches.half[f, 1], side)
     found = np.empty((na * nb, 3))
     count = 0
     for i in range(na):
+        along_a = (2 * i + 1) / na - 1.0
+        x0, y0 = patches.middle[k, 0] + along_a * ax, patches.middle[k, 1] + along_a * ay
+        z0 = patches.middle[k, 2] + along_a * az
         for j in range(nb):
-            p = patches.middle[k] + ((2 * i + 1) / na - 1.0) * a + ((2 * j + 1) / nb - 1.0) * b
-            if _on_shape(planes, start, patches.shape[f], p[0], p[1], p[2]):
-                found[count] = p
+            along_b = (2 * j + 1) / nb - 1.0
+            x, y, z = x0 + along_b * bx, y0 + along_b * by, z0 + along_b * bz
+            if _on_shape(planes, start, patches.shape[f], x, y, z):
+                found[count, 0], found[count, 1], found[count, 2] = x, y, z
                 count += 1
     return found[:count]
 
@@ -249,13 +257,16 @@ def _draw_flat(
     wide, deep = abs(a[0]) + abs(b[0]), abs(a[1]) + abs(b[1])
     first_x, last_x = (middle[0] - wide - origin[0]) / side - 0.5, (middle[0] + wide - origin[0]) / side - 0.5
     first_y, last_y = (middle[1] - deep - origin[1]) / side - 0.5, (middle[1] + deep - origin[1]) / side - 0.5
+    far_a, far_b = aa + SLACK_M * np.sqrt(aa), bb + SLACK_M * np.sqrt(bb)
+    mx, my, mz = middle[0], middle[1], middle[2]
+    nx, ny, nz = normal[0], normal[1], normal[2]
+    ax, ay, az, bx, by, bz = a[0], a[1], a[2], b[0], b[1], b[2]
     for i in range(max(0, int(first_x)), min(plan.shape[0] - 1, int(last_x) + 1) + 1):
         for j in range(max(0, int(first_y)), min(plan.shape[1] - 1, int(last_y) + 1) + 1):
-            x, y = origin[0] + (i + 0.5) * side - middle[0], origin[1] + (j + 0.5) * side - middle[1]
-            z = -(normal[0] * x + normal[1] * y) / normal[2]
-            inside = abs(x * a[0] + y * a[1] + z * a[2]) <= aa + SLACK_M * np.sqrt(aa)
-            inside &= abs(x * b[0] + y * b[1] + z * b[2]) <= bb + SLACK_M * np.sqrt(bb)
-            if inside and _on_shape(planes, start, patches.shape[f], middle[0] + x, middle[1] + y, middle[2] + z):
+            x, y = origin[0] + (i + 0.5) * side - mx, origin[1] + (j + 0.5) * side - my
+            z = -(nx * x + ny * y) / nz
+            inside = abs(x * ax + y * ay + z * az) <= far_a and abs(x * bx + y * by + z * bz) <= far_b
+            if inside and _on_shape(planes, start, patches.shape[f], mx + x, my + y, mz + z):
                 plan[i, j] |= label
 
 
@@ -265,10 +276,11 @@ def _draw_upright(
     plan: UInt8Array,
 ) -> None:  # fmt: skip
     f = patches.face[k]
-    normal = patches.normal[f]
-    behind = min(side, patches.thickness_m[f]) / 2 / np.sqrt(normal[0] ** 2 + normal[1] ** 2) - SLACK_M
-    for p in _samples(patches, k, planes, start, side):
-        x = int(np.floor((p[0] - behind * normal[0] - origin[0]) / side))
-        y = int(np.floor((p[1] - behind * normal[1] - origin[1]) / side))
+    nx, ny = patches.normal[f, 0], patches.normal[f, 1]
+    behind = min(side, patches.thickness_m[f]) / 2 / np.sqrt(nx**2 + ny**2) - SLACK_M
+    points = _samples(patches, k, planes, start, side)
+    for n in range(len(points)):
+        x = int(np.floor((points[n, 0] - behind * nx - origin[0]) / side))
+        y = int(np.floor((points[n, 1] - behind * ny - origin[1]) / side))
         if 0 <= x < plan.shape[0] and 0 <= y < plan.shape[1]:
             plan[x, y] |= label
