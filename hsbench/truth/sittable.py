@@ -245,12 +245,15 @@ def _is_usable(
 ) -> bool:  # fmt: skip
     """Whether torso, thighs and legs have room; the legs as near to the surface's front edge as they fit."""
     x, y, half = front[0], front[1], PATCH_M / 2
+    across, fore = (left - half, left + half), ahead + half
+    knee = max(edge, fore)
+    if knee > fore + THIGH_M + SLACK_M:  # no thigh is that long
+        return False
     everything = np.arange(stops[2])
-    above, across, fore = everything[: stops[1]], (left - half, left + half), ahead + half
+    above = everything[: stops[1]]
     torso = Box(x, y, (ahead - half, fore), across, (height, height + HEAD_ROOM_M))
     if box_hits(shapes, above, torso) or is_within(shapes, everything, torso):
         return False
-    knee = max(edge, fore)
     while knee <= fore + THIGH_M + SLACK_M:
         thigh = Box(x, y, (fore, knee), across, (height, height + THIGH_HEIGHT_M))
         if knee > fore + TOUCH_M and box_hits(shapes, above, thigh):
