@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -124,10 +125,12 @@ def _run(job: Job, out: Path, executor: Executor, missing: int, keep_going: bool
 
     done: list[Made] = []
     began_s = time.monotonic()
-    for made in progress(make_units(job, out, executor, keep_going), missing, "generate", "scene"):
-        done.append(made)
-        if verbose:
-            tqdm.write(_line(made, len(done), missing), file=sys.stdout)
+    # Closed at once on Ctrl-C, wherever it strikes: else workers go on until somebody collects the iterator.
+    with closing(make_units(job, out, executor, keep_going)) as units:
+        for made in progress(units, missing, "generate", "scene"):
+            done.append(made)
+            if verbose:
+                tqdm.write(_line(made, len(done), missing), file=sys.stdout)
     count, size_mb = sum(len(m.episode_ids) for m in done), sum(m.size_bytes for m in done) / BYTES_PER_MB
     took = f" in {lasting(time.monotonic() - began_s)}, {sized(size_mb)}" if count else ""
     failed = [made for made in done if made.error is not None]

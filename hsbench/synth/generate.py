@@ -85,7 +85,7 @@ def generate(job: Job, out: Path, workers: int = 1) -> Iterator[str]:
     raise_failures(failed)
 
 
-def make_units(job: Job, out: Path, executor: Executor, keep_going: bool = True) -> Iterator[Made]:
+def make_units(job: Job, out: Path, executor: Executor, keep_going: bool = True) -> Generator[Made, None, None]:
     """Make the missing units of a job under ``out``, yielding each as it is done, then write the index.
 
     A unit that fails costs itself, unless ``keep_going`` is False: then nothing is begun after it. Raises DataError if

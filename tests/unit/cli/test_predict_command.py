@@ -25,7 +25,7 @@ def test_methods_are_listed_task_after_task_with_their_tracks_and_controls(capsy
     ]
     assert [task for task, _ in groupby(row[1] for row in rows)] == list(TASKS)
     for control in ("no-activity", "shuffled-activity", "best-constant"):
-        assert sum(row[3].endswith(f"(control {control})") for row in rows) == len(TASKS)
+        assert {row[1] for row in rows if row[3].endswith(f"(control {control})")} == set(TASKS)
     only = said(capsys, "predict", "--list", "--task", "affordance-view").splitlines()
     assert [row.split()[1] for row in only] == ["affordance-view"] * len(METHODS["affordance-view"])
 
@@ -40,6 +40,6 @@ def test_a_name_of_several_tasks_needs_the_task(rgbd: Path, tmp_path: Path, caps
     assert "next: hsbench check" in text
     assert "--task action-recognition" in text
     assert "no faults" in said(capsys, "check", tmp_path / "p", "--task", "action-recognition", *asked[:4])
-    assert "method 'traces' is unknown; expected one of stops" in said(
+    assert "method 'traces' is unknown; expected one of cuboids" in said(
         capsys, "predict", "traces", "--task", "object-detection-3d", *asked[:4], "--out", tmp_path / "q", code=2
     )

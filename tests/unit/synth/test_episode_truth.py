@@ -140,7 +140,7 @@ def test_people_are_where_the_pictures_show_them(episodes: Dataset) -> None:
                     shown[joint] += person and abs(frame.depth_m[v, u] - depth[joint]) < 0.35
                     tracked[joint] += 1
     fingers = np.array([n.startswith(("thumb", "hand_tip")) for n in KINECT_V2.names])  # thinner than a pixel
-    assert tracked.sum() > 1000
+    assert tracked.sum() > 800  # enough to speak of shares
     assert shown[~fingers].sum() > 0.98 * tracked[~fingers].sum()
     assert shown[fingers].sum() > 0.6 * tracked[fingers].sum()
 

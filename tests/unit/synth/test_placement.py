@@ -206,7 +206,7 @@ def test_a_security_camera_hangs_in_a_corner_and_looks_into_the_room() -> None:
         for k in range(25):
             pose, sensor = place_camera("monocular", scene, config, Seeds(0).child(k).rng("camera"))
             assert sensor.kind == "monocular"
-            assert 2.0 <= sensor.height_m <= 2.35  # .15 m below a ceiling at 2.5 m
+            assert 1.9 <= sensor.height_m <= 2.15  # .15 m below the lowest ceiling
             assert 20.0 <= math.degrees(sensor.tilt_rad) <= 40.0
             away = np.abs(outline - pose[:2, 3]).max(axis=1).min()
             if name == "empty":  # elsewhere a corner may be full, or see the back of a shelf
