@@ -56,6 +56,7 @@ def upright_iou(area: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
     return area * height / (volume_a + volume_b - area * height)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [half_of_all_pairs_overlap, half_of_the_boxes_overlap])
 def test_upright_iou(benchmark: Any, scene: Any) -> None:
     shapely = pytest.importorskip("shapely")
@@ -106,6 +107,7 @@ def half_spaces(box: FloatArray) -> FloatArray:
     return np.block([[axes, (-middle - box[3:6] / 2)[:, None]], [-axes, (middle - box[3:6] / 2)[:, None]]])
 
 
+@pytest.mark.slow
 def test_oriented_iou(benchmark: Any) -> None:
     rng = np.random.default_rng(0)
     a, b = oriented_around_the_origin(rng, ORIENTED_A), oriented_around_the_origin(rng, ORIENTED_B)

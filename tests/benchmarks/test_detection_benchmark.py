@@ -21,6 +21,7 @@ from tests.unit.metrics.detection_samples import coco_numbers, coco_objects, sam
 BOOTSTRAP_SCENES, MATCHED, REPLICATES, RERUNS = 500, 100_000, 1000, 40
 
 
+@pytest.mark.slow
 def test_coco_ap_of_2000_images_and_70k_detections(benchmark: Any) -> None:
     pytest.importorskip("pycocotools")
     truths, predictions = sample2d(1, 2000, 7.0, 80, false_share=3.5)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from hsbench import load
 from hsbench.evaluation import DatasetRef, Report, score_episodes
@@ -27,6 +28,7 @@ def show(what: str, count: int, seconds: float, goal_s: float) -> None:
     print(f"\n{what}, {count} episodes: {seconds:.1f} s on one core (goal {goal_s:g} s on two)")
 
 
+@pytest.mark.slow
 def test_a_split_of_scene_completion_from_disk(benchmark: Any, rgbd: Path, tmp_path: Path) -> None:
     """Check, reading and counting of the episodes at hand, taken as often as a split of 200 has them."""
     spec, data = task("scene-completion"), load(rgbd, frames=False)

@@ -105,7 +105,9 @@ def _processes_of(session: int) -> list[str]:
 
 
 @pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "how", [signal.SIGINT, *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGTERM, signal.SIGKILL))]
+)
 def test_a_stopped_run_leaves_no_worker_and_goes_on_later(tmp_path: Path, how: signal.Signals) -> None:
     out = tmp_path / "data"
     process = _start(out)
