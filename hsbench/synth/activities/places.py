@@ -21,7 +21,7 @@ from hsbench.synth.activities.entrance import Entrance
 from hsbench.synth.activities.odd_seats import FLOOR, floor_places, odd_surfaces
 from hsbench.synth.activities.seating import Setting, seat_at
 from hsbench.synth.activities.seats import Seat, Surface, facing_chair, seat_places, seat_surfaces
-from hsbench.synth.activities.spots import Spots
+from hsbench.synth.activities.spots import Spots, is_roofed
 from hsbench.synth.activities.touches import (
     SHOULDER_STANDING_M,
     StandingTouch,
@@ -143,8 +143,10 @@ class Places:
         return None
 
     def spots(self, surface: Surface) -> Spots | None:
-        """The cells of a seat, and which have been sat on so far; None of a mesh part, and of what is no seat."""
-        if surface.part.solid is None or surface.part.role not in SEAT_ROLES:
+        """The cells of a seat, and which have been sat on so far; None of a mesh part, of what is no seat, and of a
+        lower bunk.
+        """
+        if surface.part.solid is None or surface.part.role not in SEAT_ROLES or is_roofed(surface):
             return None
         return self._once(("spots", surface.item.object_id, surface.part.name), lambda: Spots.of(surface))
 

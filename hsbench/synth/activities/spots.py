@@ -43,6 +43,7 @@ MOMENT_S = 0.5  # one stays at each place for this long
 CHECK_FPS = 10.0  # a way is looked at so often
 GRAZE_M = 0.025
 SUNK_M = 0.01  # a pelvis that its legs draw down by more has lost its seat
+ROOF_M, ROOF_SHARE = (0.3, 1.0), 0.5  # how high over a seat, and over how much of it, an upper bunk is in the way
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +89,19 @@ class Spots:
     def sit(self, pelvis_xy: FloatArray) -> None:
         """Somebody sits over a point (2,)."""
         self.sat[np.round(np.sum((self.cells - pelvis_xy) ** 2, axis=1), 6) <= SEAT_M**2] = True
+
+
+def is_roofed(surface: Surface) -> bool:
+    """Whether something of the same object hangs over most of a seat, so low that one does not move along below it."""
+    seat = surface.part.vertices
+    low, high = seat[:, :2].min(axis=0), seat[:, :2].max(axis=0)
+    for part in surface.item.parts:
+        if part.solid is None or not ROOF_M[0] < part.vertices[:, 2].min() - seat[:, 2].max() < ROOF_M[1]:
+            continue
+        shared = np.minimum(high, part.vertices[:, :2].max(axis=0)) - np.maximum(low, part.vertices[:, :2].min(axis=0))
+        if (shared > 0).all() and shared.prod() > ROOF_SHARE * (high - low).prod():
+            return True
+    return False
 
 
 def _on_floor_plan(surface: Surface, local_xy: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ from hsbench.schema.states import Affordance
 from hsbench.synth.activities import Life, LifeConfig, live
 from hsbench.synth.activities.measures import measure
 from hsbench.synth.activities.seats import seat_surfaces
-from hsbench.synth.activities.spots import INSET_M, Spots
+from hsbench.synth.activities.spots import INSET_M, Spots, is_roofed
 from hsbench.synth.seeds import Seeds
 from hsbench.truth.affordance import affordance_truth
 from hsbench.truth.revealed import SEAT_M, revealed
@@ -50,6 +50,18 @@ def test_what_is_sat_on_is_a_disc_and_gains_are_counts_of_what_is_left() -> None
         spots.sit(pelvis_xy)
         away = np.hypot(*(spots.cells - pelvis_xy).T)
         assert (spots.sat == (before | (away <= SEAT_M + 1e-6))).all()
+
+
+@pytest.mark.parametrize(("bottom_m", "roofed"), [(0.7, False), (0.9, True), (1.3, True), (1.5, False)])
+def test_below_an_upper_bunk_one_stays_where_one_sat_down(bottom_m: float, roofed: bool) -> None:
+    seat = part("seat", (-0.7, -0.2, 0.0), (0.7, 0.2, 0.45), "seat")
+    upper, back = (
+        part(name, (-0.7, -0.2, bottom_m), (0.7, y, bottom_m + 0.1)) for name, y in (("a", 0.2), ("b", -0.1))
+    )
+    for above, expected in ((upper, roofed), (back, False)):
+        item = SceneObject(12, "bench", planar(1.5, 1.4, 0.4), (seat, above))
+        surface = next(s for s in seat_surfaces(room(4.0, 3.0, item)) if s.item.object_id == 12)
+        assert is_roofed(surface) == expected
 
 
 def test_a_moved_seat_is_sat_on_where_it_is() -> None:
