@@ -147,7 +147,7 @@ def try_all(person: Person, surface: Surface, seat: Seat, end: int) -> Generator
         if not _is_sound(person, surface, goal, way):
             no_room[best] = True
             continue
-        if not _go(person, surface, here, goal, way, np.stack([seat.line[0], goal.pelvis_xy])):
+        if not _go(person, surface, here, goal, way, _line(way)):
             break
         done.append((way, here))
         spots.sit(goal.pelvis_xy)
@@ -159,7 +159,7 @@ def try_all(person: Person, surface: Surface, seat: Seat, end: int) -> Generator
     else:
         done = [(way.backwards(), place) for way, place in done[::-1]]
     for way, there in done:
-        while not _go(person, surface, here, there, way, np.stack([seat.line[0], there.pelvis_xy])):
+        while not _go(person, surface, here, there, way, seat.line if there is start else _line(way)):
             yield from person.hold(MOMENT_S, Action.SIT)
         here = there
         yield
@@ -201,6 +201,12 @@ def _way(person: Person, surface: Surface, here: Place, goal: Place) -> Channels
         ground_m = _ground_m(surface, xy, person.body)
         chunks.append(shuffle(person.body, chunks[-1], xy, ground_m, STRIDE_S, person.fps))
     return concatenate(chunks[1:])
+
+
+def _line(way: Channels) -> FloatArray:
+    """(2, 2) what one takes up at the end of a way along a seat: from between the feet to the pelvis."""
+    end = way.last()
+    return np.stack([end.feet.ball[0].mean(axis=0)[:2], end.xy[0]])
 
 
 def _go(person: Person, surface: Surface, here: Place, goal: Place, way: Channels, line: FloatArray) -> bool:
