@@ -1,6 +1,6 @@
 """How much of a home's floor and seats one exploring person reveals in the time that the mode states.
 
-    python docs/examples/exploring_coverage.py 10
+    python docs/examples/exploring_coverage.py 10 [FIRST]
 
 45 s a square metre of floor that can be walked on, 90 s a square metre of seats and 60 s a seat, in each of some
 generated homes. A cell of the floor is revealed where a body, its arms included, was above it; a seat, with its whole
@@ -29,11 +29,11 @@ CELL_M, HEIGHT_M = 0.05, 2.0
 SEATS = ("seat", "mattress")
 
 
-def main(homes: int) -> None:
+def main(homes: int, first: int = 0) -> None:
     names = "home", "minutes", "floor m2", "revealed", "seats m2", "revealed", "seats", "sat on", "near", "sat cells"
     print("".join(f"{name:>10}" for name in names))
     rows = []
-    for number in range(homes):
+    for number in range(first, first + homes):
         minutes, floor, seats, narrow = coverage(number)
         rows.append((*floor, sum(area for area, sat in seats if sat), sum(area for area, _ in seats), *narrow))
         swept, free, sat_m2, seat_m2, near, near_of, cells, cells_of = rows[-1]
@@ -87,4 +87,4 @@ def seats_of(scene, truth) -> dict[tuple[int, str], float]:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10)
+    main(*map(int, sys.argv[1:] or ["10"]))
