@@ -10,7 +10,7 @@ import numpy as np
 
 import hsbench
 from hsbench.baselines.occlusion.action import recognise
-from hsbench.baselines.occlusion.carve import activity_maps, carve, voxel_states
+from hsbench.baselines.occlusion.carve import activity_maps, carve, seats, voxel_states
 from hsbench.baselines.occlusion.config import CarveConfig
 from hsbench.io.images import write_png
 from hsbench.schema import VoxelState
@@ -52,7 +52,7 @@ def main(data: Path, out: Path, number: int) -> None:
     write_png(out / "activity.png", plan)
 
     states = voxel_states(episode.sensor, GRID, episode.frames[0].depth_m)
-    carved = carve(states, maps, activity, GRID, config)
+    carved = carve(states, maps.stand, seats(maps.sit, activity, GRID, config), GRID, config)
     all_solid = np.isin(states, (VoxelState.SURFACE, VoxelState.OCCLUDED))
     row = [truth_voxels(truth.occupancy), *(prediction_voxels(truth.occupancy, p) for p in (all_solid, carved))]
     row = trimmed(row)

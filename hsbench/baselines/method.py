@@ -11,6 +11,7 @@ from hsbench.errors import DataError, SchemaError
 from hsbench.schema.episode import Episode
 from hsbench.schema.poses import PoseTable
 from hsbench.tasks.registry import task
+from hsbench.typing import Float32Array
 
 Predictor = Callable[[Episode], Any]
 """An episode -> a prediction of the task."""
@@ -77,3 +78,13 @@ def observed(episode: Episode) -> PoseTable:
     if episode.poses is None:
         raise DataError(f"episode {episode.episode_id} has no observed poses; methods that use activity need them")
     return episode.poses
+
+
+def depth_at_t0(episode: Episode) -> Float32Array:
+    """(h, w) depth in metres of the first frame, 0 = none. Raises DataError where there is no frame or no depth."""
+    if not len(episode.frames):
+        raise DataError(f"episode {episode.episode_id} has no frame, so no depth; this method needs the one at t0")
+    depth = episode.frames[0].depth_m
+    if depth is None:
+        raise DataError(f"episode {episode.episode_id} has no depth; this method needs an RGB-D sensor")
+    return depth

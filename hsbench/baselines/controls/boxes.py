@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import find_objects, label
 
 from hsbench.baselines.controls.fitted import truth
-from hsbench.baselines.method import Method, Predictor, Settings, observed, other_episodes, training
+from hsbench.baselines.method import Method, Predictor, Settings, depth_at_t0, observed, other_episodes, training
 from hsbench.baselines.occlusion.boundary import Boundary, estimate_boundary
 from hsbench.baselines.posture import postures
 from hsbench.errors import DataError
@@ -20,7 +20,7 @@ from hsbench.synth.seeds import Seeds
 from hsbench.tasks.object_detection import MAX_BOXES, OBJECT_DETECTION, Boxes
 from hsbench.tasks.scene_completion import GRID
 from hsbench.tasks.shuffle import shuffled_poses
-from hsbench.typing import Float32Array, FloatArray
+from hsbench.typing import FloatArray
 
 TASK = OBJECT_DETECTION.name
 PLAN = ((GRID.origin_m[0], GRID.origin_m[1]), (GRID.shape[0], GRID.shape[1]), GRID.voxel_m)
@@ -74,7 +74,7 @@ def _stops(places: FloatArray, each_s: float, sat: bool) -> list[Stop]:
 
 def components(episode: Episode) -> Boxes:
     """A box along the walls around each connected part of what depth shows between floor and head, off the walls."""
-    depth = _depth(episode)
+    depth = depth_at_t0(episode)
     points = apply(episode.sensor.world_T_camera, episode.sensor.camera.unproject(depth))[depth > 0]
     walls = estimate_boundary(episode.sensor, depth, None)
     along = walls.to_axes(points[:, :2])
@@ -100,13 +100,6 @@ def _around(along: FloatArray, top_m: float, walls: Boundary) -> FloatArray:
     low, high = along.min(axis=0), along.max(axis=0)
     size = np.maximum(high - low, SIDE_M)
     return np.array([*walls.from_axes((low + high) / 2), top_m / 2, *size, top_m, walls.yaw_rad])
-
-
-def _depth(episode: Episode) -> Float32Array:
-    depth = episode.frames[0].depth_m if len(episode.frames) else None
-    if depth is None:
-        raise DataError(f"episode {episode.episode_id} has no depth; this method needs the frame at t0")
-    return depth
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +171,7 @@ def _metric(episode: Episode) -> PoseTable:
 
 
 def _yaw(episode: Episode) -> float:
-    return estimate_boundary(episode.sensor, _depth(episode), None).yaw_rad
+    return estimate_boundary(episode.sensor, depth_at_t0(episode), None).yaw_rad
 
 
 def _fitted(settings: Settings, name: str) -> Usual:
@@ -196,7 +189,7 @@ def _prepare_shuffled(settings: Settings) -> Predictor:
     usual = _fitted(settings, name)
 
     def predict(episode: Episode) -> Boxes:
-        boundary = estimate_boundary(episode.sensor, _depth(episode), _metric(episode))
+        boundary = estimate_boundary(episode.sensor, depth_at_t0(episode), _metric(episode))
         poses = shuffled_poses(_metric(other_of(episode)), boundary.corners, seeds.rng(episode.episode_id))
         return usual.boxes(stops(poses), boundary.yaw_rad)
 

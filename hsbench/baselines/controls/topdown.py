@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from hsbench.baselines.controls.fitted import prepare
+from hsbench.baselines.controls.fitted import for_each, prepare, trace_methods
 from hsbench.baselines.controls.places import COLOURS, PRESENCE_BINS, colour, picture, presence
 from hsbench.baselines.method import Method, Predictor, Settings, training
-from hsbench.baselines.traces import CORNERS, Traces, own_traces, shuffled_traces
+from hsbench.baselines.traces import CORNERS, Traces, own_traces
 from hsbench.errors import DataError
 from hsbench.geometry.cameras import world_T_camera
 from hsbench.geometry.polygons import contains
@@ -82,56 +82,33 @@ def _labels(true: AffordanceTruth) -> tuple[BoolArray, BoolArray]:
     return multilabel.planes(true.labels, LABELS), true.ignored
 
 
-def _each(bins: IntArray) -> IntArray:
-    return np.broadcast_to(bins, (len(LABELS), *bins.shape))
-
-
-def _own(episode: Episode) -> IntArray:
-    return presence_bins(own_traces(episode))
-
-
-def _prepare_traces(settings: Settings) -> Predictor:
-    return prepare(settings, "traces", TASK, _own, PRESENCE_BINS, _labels)
-
-
-def _prepare_shuffled(settings: Settings) -> Predictor:
-    name = "traces-shuffled"
-    others = shuffled_traces(settings, name)
-    return prepare(settings, name, TASK, _own, PRESENCE_BINS, _labels, lambda e: presence_bins(others(e)))
-
-
 def _prepare_hull(settings: Settings) -> Predictor:
-    usual = _prepare_traces(settings)
+    usual = TRACES.prepare(settings)
     return lambda episode: np.stack([in_hull(own_traces(episode)), *usual(episode)[1:]])
 
 
 def _prepare_colours(settings: Settings) -> Predictor:
     height_m = usual_height(settings, "colours")
-    return prepare(settings, "colours", TASK, lambda e: _each(by_colour(e, height_m)), COLOUR_BINS, _labels)
+    return prepare(
+        settings, "colours", TASK, lambda e: for_each(len(LABELS), by_colour(e, height_m)), COLOUR_BINS, _labels
+    )
 
 
 def _prepare_constant(settings: Settings) -> Predictor:
-    return prepare(settings, "best-constant", TASK, lambda e: _each(by_place()), CONSTANT_BINS, _labels)
+    return prepare(settings, "best-constant", TASK, lambda e: for_each(len(LABELS), by_place()), CONSTANT_BINS, _labels)
 
 
+TRACES, SHUFFLED = trace_methods(
+    TASK,
+    "labels by how often people walked, sat and reached there, fitted on train",
+    lambda found, _: presence_bins(found),
+    PRESENCE_BINS,
+    _labels,
+    np.asarray,
+)
 METHODS = (
-    Method(
-        TASK,
-        "traces",
-        "poses",
-        "labels by how often people walked, sat and reached there, fitted on train",
-        _prepare_traces,
-        needs_train=True,
-    ),
-    Method(
-        TASK,
-        "traces-shuffled",
-        "poses",
-        "traces of another episode's people, turned and clipped",
-        _prepare_shuffled,
-        control="shuffled-activity",
-        needs_train=True,
-    ),
+    TRACES,
+    SHUFFLED,
     Method(
         TASK,
         "hull",

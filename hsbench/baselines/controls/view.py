@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from hsbench.baselines.controls.fitted import prepare
+from hsbench.baselines.controls.fitted import for_each, prepare, trace_methods
 from hsbench.baselines.controls.places import COLOURS, PRESENCE_BINS, colour, picture, presence
 from hsbench.baselines.lift import camera_height
 from hsbench.baselines.method import Method, Predictor, Settings, observed
-from hsbench.baselines.traces import Traces, own_traces, shuffled_traces
+from hsbench.baselines.traces import Traces
 from hsbench.geometry.cameras import world_T_camera
 from hsbench.geometry.transforms import apply, invert
 from hsbench.metrics import multilabel
@@ -70,52 +70,25 @@ def _labels(bits: UInt8Array) -> tuple[BoolArray, BoolArray]:
     return multilabel.planes(bits, LABELS), (bits & VIEW_UNSCORED) > 0
 
 
-def _each(bins: IntArray) -> IntArray:
-    return np.broadcast_to(bins, (len(LABELS), *bins.shape))
-
-
-def _own(episode: Episode) -> IntArray:
-    return seen_traces(own_traces(episode), episode)
-
-
-def _prepare_traces(settings: Settings) -> Predictor:
-    return prepare(settings, "traces", TASK, _own, PRESENCE_BINS, _labels)
-
-
-def _prepare_shuffled(settings: Settings) -> Predictor:
-    name = "traces-shuffled"
-    others = shuffled_traces(settings, name)
-    return prepare(settings, name, TASK, _own, PRESENCE_BINS, _labels, lambda e: seen_traces(others(e), e))
-
-
 def _prepare_colours(settings: Settings) -> Predictor:
-    return prepare(settings, "colours", TASK, lambda e: _each(by_colour(e)), COLOUR_BINS, _labels)
+    return prepare(settings, "colours", TASK, lambda e: for_each(len(LABELS), by_colour(e)), COLOUR_BINS, _labels)
 
 
 def _prepare_constant(settings: Settings) -> Predictor:
     def places(episode: Episode) -> IntArray:
-        return _each(by_place(image_shape(episode)))
+        return for_each(len(LABELS), by_place(image_shape(episode)))
 
     return prepare(settings, "best-constant", TASK, places, CONSTANT_BINS, _labels)
 
 
 METHODS = (
-    Method(
+    *trace_methods(
         TASK,
-        "traces",
-        "poses",
         "labels by how often people walked, sat and reached at a pixel, fitted on train",
-        _prepare_traces,
-        needs_train=True,
-    ),
-    Method(
-        TASK,
-        "traces-shuffled",
-        "poses",
-        "traces of another episode's people, turned and clipped",
-        _prepare_shuffled,
-        control="shuffled-activity",
-        needs_train=True,
+        seen_traces,
+        PRESENCE_BINS,
+        _labels,
+        np.asarray,
     ),
     Method(
         TASK,

@@ -12,10 +12,10 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from hsbench.baselines.controls import topdown
-from hsbench.baselines.controls.fitted import Places, prepare
+from hsbench.baselines.controls.fitted import Places, for_each, prepare, trace_methods
 from hsbench.baselines.controls.places import PRESENCE_BINS
 from hsbench.baselines.method import Method, Predictor, Settings
-from hsbench.baselines.traces import Traces, own_traces, shuffled_traces
+from hsbench.baselines.traces import Traces
 from hsbench.schema.episode import Episode
 from hsbench.tasks.scene_reconstruction import GRID, SCENE_RECONSTRUCTION
 from hsbench.truth.affordance_volumes import Volume, VolumeTruth
@@ -58,27 +58,13 @@ def _merged(volumes: BoolArray) -> UInt8Array:
     return label
 
 
-def _prepare(settings: Settings, name: str, places: Places, bins: int, asked: Places | None = None) -> Predictor:
-    said = prepare(settings, name, TASK, places, bins * HEIGHTS, _labels, asked)
+def _prepare(settings: Settings, name: str, places: Places, bins: int) -> Predictor:
+    said = prepare(settings, name, TASK, places, bins * HEIGHTS, _labels)
     return lambda episode: _merged(said(episode))
 
 
 def _columns(plan: Callable[[Episode], IntArray]) -> Places:
-    return lambda episode: upright(np.broadcast_to(plan(episode), (len(LABELS), *GRID.shape[:2])))
-
-
-def _own(episode: Episode) -> IntArray:
-    return presence_bins(own_traces(episode))
-
-
-def _prepare_traces(settings: Settings) -> Predictor:
-    return _prepare(settings, "traces", _own, PRESENCE_BINS)
-
-
-def _prepare_shuffled(settings: Settings) -> Predictor:
-    name = "traces-shuffled"
-    others = shuffled_traces(settings, name)
-    return _prepare(settings, name, _own, PRESENCE_BINS, lambda e: presence_bins(others(e)))
+    return lambda episode: upright(for_each(len(LABELS), plan(episode)))
 
 
 def _prepare_colours(settings: Settings) -> Predictor:
@@ -91,22 +77,13 @@ def _prepare_constant(settings: Settings) -> Predictor:
 
 
 METHODS = (
-    Method(
+    *trace_methods(
         TASK,
-        "traces",
-        "poses",
         "volumes by height and by how often people walked, sat and reached there, fitted on train",
-        _prepare_traces,
-        needs_train=True,
-    ),
-    Method(
-        TASK,
-        "traces-shuffled",
-        "poses",
-        "traces of another episode's people, turned and clipped",
-        _prepare_shuffled,
-        control="shuffled-activity",
-        needs_train=True,
+        lambda found, _: presence_bins(found),
+        PRESENCE_BINS * HEIGHTS,
+        _labels,
+        _merged,
     ),
     Method(
         TASK,

@@ -8,7 +8,7 @@ import numpy as np
 
 from hsbench.baselines.occlusion.action import Activity
 from hsbench.baselines.occlusion.boundary import Boundary
-from hsbench.baselines.occlusion.carve import activity_maps, carve, fill_holes, seats
+from hsbench.baselines.occlusion.carve import Seat, activity_maps, carve, fill_holes, seats
 from hsbench.baselines.occlusion.config import CarveConfig, CuboidConfig
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.grids import VoxelGrid
@@ -17,14 +17,6 @@ from hsbench.schema.sensor import Sensor
 from hsbench.schema.states import VoxelState
 from hsbench.truth.sight import depth_states
 from hsbench.typing import AnyArray, BoolArray, FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Seat:
-    """A place where somebody sat: mask (nx, ny) bool of the floor plan, height of the seat in metres."""
-
-    mask: BoolArray
-    height_m: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +55,8 @@ def aligned_room(
     here = Activity(position, activity.action, activity.pelvis_m)
     states = depth_states(grid, sensor.camera, room_T_episode @ sensor.world_T_camera, fill_holes(depth_m))
     maps = activity_maps(here, grid, carving)
-    solid = carve(states, maps, here, grid, carving)
-    found = tuple(Seat(mask, height_m) for mask, height_m in seats(maps, here, grid, carving))
+    found = seats(maps.sit, here, grid, carving)
+    solid = carve(states, maps.stand, found, grid, carving)
     z = grid.axis_centres(2)
     support = np.zeros(grid.shape, dtype=np.bool_)
     for seat in found:

@@ -26,6 +26,14 @@ class ActionMaps:
     sit: Float32Array
 
 
+@dataclass(frozen=True, eq=False)
+class Seat:
+    """A place where somebody sat: mask (nx, ny) bool of the floor plan, height of the seat in metres."""
+
+    mask: BoolArray
+    height_m: float
+
+
 def fill_holes(depth_m: AnyArray) -> FloatArray:
     """(h, w) depth with every missing pixel (0) set to the nearest valid one; all missing stays all missing.
 
@@ -61,25 +69,27 @@ def activity_maps(activity: Activity, grid: VoxelGrid, config: CarveConfig) -> A
     return ActionMaps(map_of(Action.STAND), map_of(Action.SIT))
 
 
-def carve(states: UInt8Array, maps: ActionMaps, activity: Activity, grid: VoxelGrid, config: CarveConfig) -> BoolArray:
-    """(nx, ny, nz) bool: what is occupied once activity has carved the occluded space.
+def carve(
+    states: UInt8Array, stand: Float32Array, found: tuple[Seat, ...], grid: VoxelGrid, config: CarveConfig
+) -> BoolArray:
+    """(nx, ny, nz) bool: what is occupied once the stand map (nx, ny) and seats have carved the occluded space.
 
     Visible surface stays; occluded voxels stay unless a body was there; below a seat is support.
     """
     z = grid.axis_centres(2)
-    free = (maps.stand > config.threshold)[:, :, None] & (z <= config.stand_top_m)
+    free = (stand > config.threshold)[:, :, None] & (z <= config.stand_top_m)
     support = np.zeros(grid.shape, dtype=bool)
-    for blob, seat_m in seats(maps, activity, grid, config):
-        free |= blob[:, :, None] & ((z > seat_m) & (z <= seat_m + config.sit_clear_m))
-        support |= blob[:, :, None] & (z <= seat_m)
+    for seat in found:
+        free |= seat.mask[:, :, None] & ((z > seat.height_m) & (z <= seat.height_m + config.sit_clear_m))
+        support |= seat.mask[:, :, None] & (z <= seat.height_m)
     occluded = states == VoxelState.OCCLUDED
     # A seat's support wins over somebody standing beside it: both discs are wider than the body part they stand for.
     return np.asarray((states == VoxelState.SURFACE) | (occluded & (~free | support)))
 
 
-def seats(maps: ActionMaps, activity: Activity, grid: VoxelGrid, config: CarveConfig) -> list[tuple[BoolArray, float]]:
-    """(floor mask (nx, ny), seat height in metres) of every connected blob of the sit map above the threshold."""
-    labels, count = label(maps.sit > config.threshold)
+def seats(sit: Float32Array, activity: Activity, grid: VoxelGrid, config: CarveConfig) -> tuple[Seat, ...]:
+    """A seat for every connected blob of the sit map (nx, ny) above the threshold, as high as people's pelvises say."""
+    labels, count = label(sit > config.threshold)
     sitting = activity.of(Action.SIT)
     cell = np.floor((sitting.position - np.asarray(grid.origin_m[:2])) / grid.voxel_m).astype(np.int64)
     inside = ((cell >= 0) & (cell < np.asarray(grid.shape[:2]))).all(axis=1)
@@ -90,5 +100,5 @@ def seats(maps: ActionMaps, activity: Activity, grid: VoxelGrid, config: CarveCo
         pelvis = sitting.pelvis_m[blob_of == k]
         pelvis = pelvis[np.isfinite(pelvis)]
         seat_m = float(np.median(pelvis)) - config.pelvis_over_seat_m if len(pelvis) else config.seat_height_m
-        found.append((labels == k, seat_m))
-    return found
+        found.append(Seat(labels == k, seat_m))
+    return tuple(found)

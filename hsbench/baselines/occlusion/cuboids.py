@@ -32,10 +32,10 @@ def cuboids(room: AlignedRoom, config: CuboidConfig) -> Found:
     """The boxes of a room and what they score, best first."""
     every = candidates(room, config)
     cost = unary(every, room, config)
-    rows = suppressed(every, cost - _covered(every, room, config), config)
-    kept, cost = every[rows], cost[rows]
+    covered = _covered(every, room, config)
+    rows = suppressed(every, cost - covered, config)
+    kept, cost, covered = every[rows], cost[rows], covered[rows]
     choice = choose(kept, cost, _weight(room, config), config)
-    covered = _covered(kept, room, config)
     share = np.clip((covered - cost) / np.maximum(covered, 1.0), 0.0, 1.0)
     scores = share * (1.0 - CHOSEN_SCORE) + np.where(choice.chosen, CHOSEN_SCORE, 0.0)
     order = np.argsort(-scores, kind="stable")

@@ -7,19 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from hsbench.baselines.method import Method, Predictor, Settings, observed, other_episodes
+from hsbench.baselines.method import Method, Predictor, Settings, depth_at_t0, observed, other_episodes
 from hsbench.baselines.occlusion.action import Activity, recognise
 from hsbench.baselines.occlusion.aligned import AlignedRoom, aligned_room
 from hsbench.baselines.occlusion.boundary import Boundary, estimate_boundary
 from hsbench.baselines.occlusion.config import CarveConfig, CuboidConfig
 from hsbench.baselines.occlusion.cuboids import CHOSEN_SCORE, cuboids
 from hsbench.baselines.occlusion.shuffle import shuffled_activity
-from hsbench.errors import DataError
 from hsbench.schema.episode import Episode
 from hsbench.schema.states import Action
 from hsbench.synth.seeds import Seeds
 from hsbench.tasks.object_detection import MAX_BOXES, OBJECT_DETECTION, Boxes
-from hsbench.typing import Float32Array
 
 TASK = OBJECT_DETECTION.name
 CARVING, CONFIG = CarveConfig(), CuboidConfig()
@@ -34,18 +32,11 @@ def answer(room: AlignedRoom, config: CuboidConfig = CONFIG) -> Boxes:
 
 def room_of(episode: Episode, activity: Activity, boundary: Boundary) -> AlignedRoom:
     """The room that the depth frame at t0 and some activity show."""
-    return aligned_room(episode.sensor, _depth(episode), boundary, activity, CARVING, CONFIG)
-
-
-def _depth(episode: Episode) -> Float32Array:
-    depth = episode.frames[0].depth_m if len(episode.frames) else None
-    if depth is None:
-        raise DataError(f"episode {episode.episode_id} has no depth frame at t0; cuboids need one")
-    return depth
+    return aligned_room(episode.sensor, depth_at_t0(episode), boundary, activity, CARVING, CONFIG)
 
 
 def _boundary(episode: Episode) -> Boundary:
-    return estimate_boundary(episode.sensor, _depth(episode), episode.poses)
+    return estimate_boundary(episode.sensor, depth_at_t0(episode), episode.poses)
 
 
 def _prepare(config: CuboidConfig) -> Callable[[Settings], Predictor]:
@@ -57,7 +48,7 @@ def _prepare(config: CuboidConfig) -> Callable[[Settings], Predictor]:
 
 def _prepare_alone(settings: Settings) -> Predictor:
     def predictor(episode: Episode) -> Boxes:
-        return answer(room_of(episode, NOBODY, estimate_boundary(episode.sensor, _depth(episode), None)))
+        return answer(room_of(episode, NOBODY, estimate_boundary(episode.sensor, depth_at_t0(episode), None)))
 
     return predictor
 
@@ -67,7 +58,7 @@ def _prepare_shuffled(settings: Settings) -> Predictor:
     seeds = Seeds(settings.seed).child("shuffled-activity")
 
     def predictor(episode: Episode) -> Boxes:
-        other, boundary = other_of(episode), estimate_boundary(episode.sensor, _depth(episode), None)
+        other, boundary = other_of(episode), estimate_boundary(episode.sensor, depth_at_t0(episode), None)
         activity = shuffled_activity(
             recognise(observed(other), CARVING), _boundary(other), boundary, seeds.rng(episode.episode_id)
         )

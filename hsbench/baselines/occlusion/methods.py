@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hsbench.baselines.method import Method, Predictor, Settings, other_episodes, training
+from hsbench.baselines.method import Method, Predictor, Settings, depth_at_t0, observed, other_episodes, training
 from hsbench.baselines.occlusion.action import Activity, recognise
 from hsbench.baselines.occlusion.boundary import Boundary, estimate_boundary
-from hsbench.baselines.occlusion.carve import activity_maps, carve, fill_holes, voxel_states
+from hsbench.baselines.occlusion.carve import activity_maps, carve, fill_holes, seats, voxel_states
 from hsbench.baselines.occlusion.config import CarveConfig
 from hsbench.baselines.occlusion.constant import fit_constant
 from hsbench.baselines.occlusion.height_prior import HeightPrior, behind_surface, fit
@@ -20,33 +20,23 @@ from hsbench.schema.episode import Episode
 from hsbench.schema.states import VoxelState
 from hsbench.synth.seeds import Seeds
 from hsbench.tasks.scene_completion import GRID, SCENE_COMPLETION
-from hsbench.typing import BoolArray, Float32Array, UInt8Array
+from hsbench.typing import BoolArray, UInt8Array
 
 TASK = SCENE_COMPLETION.name
 CONFIG = CarveConfig()
 
 
-def _depth(episode: Episode) -> Float32Array:
-    if not len(episode.frames):
-        raise DataError(f"episode {episode.episode_id} has no frame; scene-completion needs the one at t0")
-    depth = episode.frames[0].depth_m
-    if depth is None:
-        raise DataError(f"episode {episode.episode_id} has no depth; scene-completion needs an RGB-D sensor")
-    return depth
-
-
 def _states(episode: Episode) -> UInt8Array:
-    return voxel_states(episode.sensor, GRID, _depth(episode))
+    return voxel_states(episode.sensor, GRID, depth_at_t0(episode))
 
 
 def _activity(episode: Episode) -> Activity:
-    if episode.poses is None:
-        raise DataError(f"episode {episode.episode_id} has no observed poses; carving needs them")
-    return recognise(episode.poses, CONFIG)
+    return recognise(observed(episode), CONFIG)
 
 
 def _carved(episode: Episode, activity: Activity) -> BoolArray:
-    return carve(_states(episode), activity_maps(activity, GRID, CONFIG), activity, GRID, CONFIG)
+    maps = activity_maps(activity, GRID, CONFIG)
+    return carve(_states(episode), maps.stand, seats(maps.sit, activity, GRID, CONFIG), GRID, CONFIG)
 
 
 def _prepare_carve(settings: Settings) -> Predictor:
@@ -77,7 +67,7 @@ def _prepare_shuffled(settings: Settings) -> Predictor:
 
 
 def _boundary(episode: Episode) -> Boundary:
-    return estimate_boundary(episode.sensor, _depth(episode), episode.poses)
+    return estimate_boundary(episode.sensor, depth_at_t0(episode), episode.poses)
 
 
 def _prepare_height_prior(settings: Settings) -> Predictor:
@@ -102,7 +92,7 @@ def _prepare_carve_prior(settings: Settings) -> Predictor:
 
 
 def _within(prior: HeightPrior, episode: Episode) -> BoolArray:
-    return prior.solid(behind_surface(episode.sensor, GRID, fill_holes(_depth(episode))), GRID)
+    return prior.solid(behind_surface(episode.sensor, GRID, fill_holes(depth_at_t0(episode))), GRID)
 
 
 def _fitted_prior(settings: Settings) -> HeightPrior:
@@ -110,7 +100,7 @@ def _fitted_prior(settings: Settings) -> HeightPrior:
         assert episode.truth is not None
         assert episode.truth.occupancy is not None
         truth = episode.truth.occupancy
-        behind = behind_surface(episode.sensor, GRID, fill_holes(_depth(episode)))
+        behind = behind_surface(episode.sensor, GRID, fill_holes(depth_at_t0(episode)))
         mask = primary_mask(truth) & np.isfinite(behind)
         height = np.broadcast_to(GRID.axis_centres(2), GRID.shape)
         return behind[mask], height[mask], truth.solid[mask]

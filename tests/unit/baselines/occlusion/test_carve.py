@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hsbench.baselines.occlusion.action import Activity
-from hsbench.baselines.occlusion.carve import ActionMaps, activity_maps, carve, fill_holes, voxel_states
+from hsbench.baselines.occlusion.carve import activity_maps, carve, fill_holes, seats, voxel_states
 from hsbench.baselines.occlusion.config import CarveConfig
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.grids import VoxelGrid
@@ -31,7 +31,8 @@ def activity(*rows: tuple[float, float, Action, float], repeat: int = 15) -> Act
 
 
 def carved(done: Activity, states: np.ndarray = OCCLUDED, config: CarveConfig = CONFIG) -> np.ndarray:
-    return carve(states, activity_maps(done, GRID, config), done, GRID, config)
+    maps = activity_maps(done, GRID, config)
+    return carve(states, maps.stand, seats(maps.sit, done, GRID, config), GRID, config)
 
 
 def disc(x: float, y: float) -> np.ndarray:
@@ -140,7 +141,7 @@ def test_maps_may_be_given_without_their_poses() -> None:
     stand = np.zeros((40, 40), np.float32)
     sit = stand.copy()
     stand[3, 4], sit[20, 20] = 0.31, 1.0
-    occupied = carve(OCCLUDED, ActionMaps(stand, sit), activity(), GRID, CONFIG)
+    occupied = carve(OCCLUDED, stand, seats(sit, activity(), GRID, CONFIG), GRID, CONFIG)
     assert np.array_equal(occupied[3, 4], Z > 1.75)
     assert np.array_equal(occupied[20, 20], (Z <= 0.45) | (Z > 1.30))  # nobody's pelvis: the default
 

@@ -179,7 +179,7 @@ def test_a_camera_that_sees_nothing_still_gets_an_answer(rgbd: Path, episode: Ep
 
 @pytest.mark.parametrize("name", sorted(set(METHODS) - {"best-constant"}))
 def test_what_a_method_lacks_is_named(rgbd: Path, episode: Episode, name: str) -> None:
-    with pytest.raises(DataError, match="has no frame; scene-completion needs the one at t0"):
+    with pytest.raises(DataError, match="has no frame, so no depth; this method needs the one at t0"):
         prepared(name, rgbd)(replace(episode, frames=FrameList(), truth=replace(episode.truth, frames=None)))
     no_depth = FrameList((Frame(0, np.zeros((120, 160, 3), np.uint8)),))
     with pytest.raises(DataError, match="has no depth"):
