@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from hsbench.synth.activities.going import go_out
 from hsbench.synth.activities.lounging import at_ease
 from hsbench.synth.activities.places import Places
 from hsbench.synth.activities.schedule import HABITS, Quota, duration_s, weights
-from hsbench.synth.activities.seats import Seat, Surface
+from hsbench.synth.activities.seats import Seat, Surface, is_over
 from hsbench.synth.activities.sitting import NO_SEAT, lie_somewhere, sit_somewhere
 from hsbench.synth.activities.spots import is_tried
 from hsbench.synth.activities.standing import stand_about, stand_beside, talk, wander
@@ -37,7 +38,7 @@ from hsbench.synth.people.motion import carry, shift, stand, walk
 from hsbench.synth.people.navigation import costs_from, route_from
 from hsbench.synth.seeds import Seeds
 from hsbench.truth.revealed import FEET_M
-from hsbench.typing import BoolArray, FloatArray
+from hsbench.typing import FloatArray, UInt8Array
 
 SEEN_STRIDE_S = 0.15  # of a walk, a place every so long explores
 TRIES = 4  # places tried for an activity
@@ -87,7 +88,7 @@ class Person:
         self.diary = Diary(frame, standing(self.body, xy, yaw_rad))
         self.seen = np.zeros_like(places.floor.free)
         self.unfit: set[int] = set()  # surfaces on which there was no room for this body
-        self.no_room: dict[int, BoolArray] = {}  # and the spots of others on which there was none
+        self.room: dict[int, UInt8Array] = {}  # of the spots of others, as ``spots.room`` finds it
         self.counted = 0  # of the contacts so far, by ``atypical``
         self.last = EXPLORE
         self.remember(xy[None])
@@ -282,10 +283,11 @@ class Person:
         joints = pose_block(self.body, rows_of(chunk, slice(None, None, CHECK_FRAMES)), 0, 1.0, None)
         return bool((body_depth(self.obstacles, self.body, joints, self.used_id) <= GRAZE_M).all())
 
-    def at_ease(self, among_others: bool) -> Channels | None:
+    def at_ease(self, surface: Surface, seat: Seat) -> Channels | None:
         """Leaning back where one sits, if there is a backrest."""
-        here = self.diary.here
-        return at_ease(self.body, here, self.obstacles, self.used_id, self.fps, self.rng, among_others)
+        over = partial(is_over, surface, np.array(seat.shift_xy))
+        here, used_id = self.diary.here, self.used_id
+        return at_ease(self.body, here, self.obstacles, used_id, self.fps, self.rng, over, among_others=seat.is_drawn)
 
     def ways(self, activity: Activity) -> tuple[tuple[int, ...], ...]:
         """Hands with which an activity touches things, the preferred first."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hsbench.geometry.numerics import quantise_angle, quantise_m
-from hsbench.geometry.transforms import apply
+from hsbench.geometry.transforms import apply, invert
 from hsbench.schema.scene import Part, Scene, SceneObject
 from hsbench.synth.activities.mesh_contact import tops
 from hsbench.synth.activities.sidling import sidle
@@ -23,7 +23,7 @@ from hsbench.synth.people.motion import SeatPose, sit_down, walk
 from hsbench.truth.sittable import BACKLESS, FRONT, SEAT_HEIGHT_M, SEAT_ROLES, SIDES
 from hsbench.truth.tops import CELL_M, PATCH_M, places
 from hsbench.truth.tops import Surface as MeshTop
-from hsbench.typing import FloatArray
+from hsbench.typing import BoolArray, FloatArray
 
 Point = tuple[float, float]
 
@@ -104,6 +104,16 @@ def seat_surfaces(scene: Scene) -> list[Surface]:
                 one_way = part.role == "seat" and item.category_name not in BACKLESS
                 found += surfaces_on(scene, item, part, FRONT if one_way else SIDES, SEAT_HEIGHT_M)
     return found
+
+
+def is_over(surface: Surface, shift_xy: FloatArray, xy: FloatArray) -> BoolArray:
+    """(n,) bool: the points (n, 2), scene frame, over a seat that has been moved by (2,); any point for a mesh part."""
+    if surface.part.solid is None:
+        return np.ones(len(xy), dtype=np.bool_)
+    local = apply(invert(surface.item.scene_T_object), np.pad(xy - shift_xy, ((0, 0), (0, 1))))[:, :2]
+    vertices = surface.part.vertices[:, :2]
+    inset = np.minimum(local - vertices.min(axis=0), vertices.max(axis=0) - local)
+    return np.asarray((quantise_m(inset) >= 0.0).all(axis=1))
 
 
 def surfaces_on(

@@ -105,7 +105,7 @@ def _sit_on(
         yield from _touch_about(person, end)
         if person.config.mode == "exploring":
             yield from try_all(person, surface, seat, diary.frame + round(length_s * person.fps))
-    ease = None if activity.is_at_table else person.at_ease(among_others=seat.is_drawn)
+    ease = None if activity.is_at_table else person.at_ease(surface, seat)
     if ease is not None:
         diary.add(ease, Action.SIT)
     if activity.gesture:

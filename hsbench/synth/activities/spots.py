@@ -6,7 +6,7 @@ deeper in than the legs reach to the floor, and lays them on it.
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -28,18 +28,19 @@ from hsbench.synth.people.joint_limits import limit_violations
 from hsbench.synth.people.lounging import shuffle
 from hsbench.synth.people.motion import stand
 from hsbench.truth.revealed import SEAT_M
-from hsbench.typing import BoolArray, FloatArray
+from hsbench.typing import BoolArray, FloatArray, UInt8Array
 
 if TYPE_CHECKING:
     from hsbench.synth.activities.person import Person
 
 CELL_M = 0.05
-LONG_M, EVERY = 1.0, 2  # what is longer is sat on at every second cell along and across
+LONG_M, EVERY = 1.0, 2  # what is longer is sat on at its rim, and within at every second cell along and across
 INSET_M = 0.10  # of a pelvis from the edges of what is sat on, at least, where it is wide enough
 LEAST_CELLS = 2  # a place is worth moving to that adds so many
 STRIDE_M = 0.15  # one moves along a seat in steps no longer than this
 STRIDE_S = 0.7
 MOMENT_S = 0.5  # one stays at each place for this long
+TUCKS_M = (0.0, 0.12, 0.24)  # feet are drawn up by so much where they would be in the way, with less if that will do
 CHECK_FPS = 10.0  # a way is looked at so often
 GRAZE_M = 0.025
 SUNK_M = 0.01  # a pelvis that its legs draw down by more has lost its seat
@@ -71,9 +72,10 @@ class Spots:
         index = index.reshape(-1, 2)
         xy = _on_floor_plan(surface, middle + CELL_M * index)
         outline = ConvexHull(_on_floor_plan(surface, surface.part.vertices[:, :2])).equations
-        inside = np.round(_inset(xy, outline), 6) >= 0.0
+        inset = np.round(_inset(xy, outline), 6)
         every = EVERY if (high - low).max() > LONG_M else 1
-        cells, places = xy[inside], xy[inside & (index % every == 0).all(axis=1)]
+        at_rim = (inset >= INSET_M) & (inset < INSET_M + CELL_M)
+        cells, places = xy[inset >= 0.0], xy[(inset >= 0.0) & ((index % every == 0).all(axis=1) | at_rim)]
         near = (np.round(cdist(places, cells), 6) <= SEAT_M).astype(np.float32)
         return cls(cells, places, outline, near, np.zeros(len(cells), dtype=np.bool_))
 
@@ -119,8 +121,8 @@ def is_tried(person: Person, surface: Surface) -> bool:
     spots = person.places.spots(surface)
     if id(surface) in person.unfit or spots is None:
         return id(surface) in person.unfit or (surface.item.object_id, surface.part.name) in person.places.tried
-    no_room = person.no_room.get(id(surface))
-    gains = spots.gains() if no_room is None else spots.gains()[~no_room.all(axis=0)]
+    found = person.room.get(id(surface))
+    gains = spots.gains() if found is None else spots.gains()[found.any(axis=0)]
     return bool(gains.max(initial=0.0) < LEAST_CELLS)
 
 
@@ -133,33 +135,34 @@ def try_all(person: Person, surface: Surface, seat: Seat, end: int) -> Generator
     if spots is None:
         return
     diary, start = person.diary, Place(person.diary.here.xy[0], np.array(seat.shift_xy))
-    shifts, no_room = _shifts(surface, seat), person.no_room.get(id(surface))
-    if no_room is None or len(no_room) < len(shifts):
-        no_room = person.no_room[id(surface)] = np.stack([~_fits(person, surface, spots, xy) for xy in shifts])
+    shifts, found = _shifts(surface, seat), person.room.get(id(surface))
+    if found is None or len(found) < len(shifts):
+        found = person.room[id(surface)] = np.stack([room(person, surface, spots, xy) for xy in shifts])
     spots.sit(start.pelvis_xy)
     here, done = start, list[tuple[Channels, Place]]()
     while diary.frame < end and not person.traffic.is_asked(person.number):
-        best = _best(spots, no_room[: len(shifts)], shifts, here)
+        best = _best(spots, found[: len(shifts)], shifts, here)
         if best is None:
             break
-        goal = Place(spots.places[best[1]], shifts[best[0]])
-        way = _way(person, surface, here, goal)
-        if not _is_sound(person, surface, goal, way):
-            no_room[best] = True
+        goal = Place(spots.places[best[1]], shifts[best[0]], TUCKS_M[found[best] - 1])
+        way = next((way for way in _ways(person, surface, here, goal) if _is_sound(person, surface, goal, way)), None)
+        if way is None:
+            found[best] = (found[best] + 1) % (len(TUCKS_M) + 1)  # with the feet drawn up more, and then not at all
             continue
-        if not _go(person, surface, here, goal, way, _line(way)):
+        if not _go(person, surface, here, goal, way, _lines(way)[-1]):
             break
         done.append((way, here))
         spots.sit(goal.pelvis_xy)
         here = goal
         yield
-    straight = _way(person, surface, here, start)
-    if _is_sound(person, surface, start, straight):
+    back = (way for way in _ways(person, surface, here, start) if _is_sound(person, surface, start, way))
+    straight = next(back, None)
+    if straight is not None:
         done = [(straight, start)] if done else []
     else:
         done = [(way.backwards(), place) for way, place in done[::-1]]
     for way, there in done:
-        while not _go(person, surface, here, there, way, seat.line if there is start else _line(way)):
+        while not _go(person, surface, here, there, way, seat.line if there is start else _lines(way)[-1]):
             yield from person.hold(MOMENT_S, Action.SIT)
         here = there
         yield
@@ -167,10 +170,11 @@ def try_all(person: Person, surface: Surface, seat: Seat, end: int) -> Generator
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where one sits: the pelvis (2,), and how far the seat has been moved (2,), scene frame."""
+    """Where one sits: the pelvis (2,), how far the seat has been moved (2,), scene frame, and the feet drawn up."""
 
     pelvis_xy: FloatArray
     shift_xy: FloatArray
+    tuck_m: float = 0.0
 
 
 def _shifts(surface: Surface, seat: Seat) -> list[FloatArray]:
@@ -181,9 +185,9 @@ def _shifts(surface: Surface, seat: Seat) -> list[FloatArray]:
     return [quantise_m(-pull_m * facing_of(surface)) for pull_m in PULLS_M if pull_m <= drawn_m + CELL_M]
 
 
-def _best(spots: Spots, no_room: BoolArray, shifts: list[FloatArray], here: Place) -> tuple[int, int] | None:
+def _best(spots: Spots, found: UInt8Array, shifts: list[FloatArray], here: Place) -> tuple[int, int] | None:
     """The shift and the cell that add most in the time it takes to get there; None if none adds enough."""
-    gains = np.where(no_room, 0.0, spots.gains())
+    gains = np.where(found > 0, spots.gains(), 0.0)
     away_m = np.sqrt(np.sum((spots.places - here.pelvis_xy) ** 2, axis=1))
     moved_m = np.sqrt(np.sum((np.array(shifts) - here.shift_xy) ** 2, axis=1))
     cost_s = MOMENT_S + STRIDE_S * (away_m + moved_m[:, None]) / STRIDE_M
@@ -192,21 +196,23 @@ def _best(spots: Spots, no_room: BoolArray, shifts: list[FloatArray], here: Plac
     return (int(row), int(cell)) if value[row, cell] > 0.0 else None
 
 
-def _way(person: Person, surface: Surface, here: Place, goal: Place) -> Channels:
-    """Along a seat to a place, in steps."""
-    chunks, away = [person.diary.here], goal.pelvis_xy - here.pelvis_xy
+def _ways(person: Person, surface: Surface, here: Place, goal: Place) -> Iterator[Channels]:
+    """Along a seat to a place: in steps, and, between the floor and a bed, with one swing of the legs."""
+    away = goal.pelvis_xy - here.pelvis_xy
     steps = max(1, int(np.ceil(np.round(np.sqrt(np.sum(away**2)) / STRIDE_M, 6))))
+    chunks, body, fps = [person.diary.here], person.body, person.fps
     for k in range(steps):
         xy = quantise_m(here.pelvis_xy + (k + 1) / steps * away)
-        ground_m = _ground_m(surface, xy, person.body)
-        chunks.append(shuffle(person.body, chunks[-1], xy, ground_m, STRIDE_S, person.fps))
-    return concatenate(chunks[1:])
+        chunks.append(shuffle(body, chunks[-1], xy, _ground_m(surface, xy, body), STRIDE_S, fps, goal.tuck_m))
+    yield concatenate(chunks[1:])
+    ground_m = _ground_m(surface, goal.pelvis_xy, body)
+    if steps > 1 and ground_m != _ground_m(surface, here.pelvis_xy, body):
+        yield shuffle(body, chunks[0], goal.pelvis_xy, ground_m, STRIDE_S * steps, fps, goal.tuck_m)
 
 
-def _line(way: Channels) -> FloatArray:
-    """(2, 2) what one takes up at the end of a way along a seat: from between the feet to the pelvis."""
-    end = way.last()
-    return np.stack([end.feet.ball[0].mean(axis=0)[:2], end.xy[0]])
+def _lines(way: Channels) -> FloatArray:
+    """(n, 2, 2) what one takes up on a way along a seat: from between the feet to the pelvis."""
+    return np.stack([way.feet.ball.mean(axis=1)[:, :2], way.xy], axis=1)
 
 
 def _go(person: Person, surface: Surface, here: Place, goal: Place, way: Channels, line: FloatArray) -> bool:
@@ -215,10 +221,10 @@ def _go(person: Person, surface: Surface, here: Place, goal: Place, way: Channel
     """
     diary, traffic, number = person.diary, person.traffic, person.number
     pause = stand(diary.here, MOMENT_S, person.fps)
-    xy = np.concatenate([pause.xy, way.xy])
-    if not person.is_apart(line) or traffic.conflict(number, diary.frame, xy, line):
+    lines = np.concatenate([_lines(pause), _lines(way)])
+    if not person.is_apart(line) or traffic.conflict(number, diary.frame, lines, line):
         return False
-    traffic.go(number, diary.frame, xy, line)
+    traffic.go(number, diary.frame, lines, line)
     diary.add(pause, Action.SIT)
     if (goal.shift_xy != here.shift_xy).any():
         log_shifts(person, surface, here.shift_xy, goal.shift_xy, len(way))
@@ -227,15 +233,29 @@ def _go(person: Person, surface: Surface, here: Place, goal: Place, way: Channel
     return True
 
 
-def _fits(person: Person, surface: Surface, spots: Spots, shift_xy: FloatArray) -> BoolArray:
-    """(M,) bool: the places over a moved seat where the body runs into nothing, sitting as now."""
-    fits, here = spots.holds(shift_xy), person.diary.here
+def room(person: Person, surface: Surface, spots: Spots, shift_xy: FloatArray) -> UInt8Array:
+    """(M,) the places over a moved seat where the body runs into nothing, sitting as now: 1 with feet as usual, then
+    as many more as of ``TUCKS_M`` it takes; 0 where it finds no room.
+    """
+    found = np.zeros(len(spots.places), dtype=np.uint8)
+    left = spots.holds(shift_xy)
+    for k, tuck_m in enumerate(TUCKS_M):
+        found[_fits(person, surface, spots, shift_xy, left, tuck_m)] = k + 1
+        left &= found == 0
+    return found
+
+
+def _fits(
+    person: Person, surface: Surface, spots: Spots, shift_xy: FloatArray, asked: BoolArray, tuck_m: float
+) -> BoolArray:
+    """(M,) bool: those of the places asked for where the body runs into nothing."""
+    fits, here = asked.copy(), person.diary.here
     allowed = np.maximum(GRAZE_M, _depth(person, person.obstacles, here))
     there = person.places.setting(surface.item, shift_xy).obstacles
     ground_m = np.array([_ground_m(surface, xy, person.body) for xy in spots.places])
     for height_m in sorted(set(ground_m[fits].tolist())):
         rows = np.flatnonzero(fits & (ground_m == height_m))
-        at_one = shuffle(person.body, here, spots.places[rows[0]], height_m, STRIDE_S, person.fps).last()
+        at_one = shuffle(person.body, here, spots.places[rows[0]], height_m, STRIDE_S, person.fps, tuck_m).last()
         xy = spots.places[rows]
         away = np.pad(xy - xy[0], ((0, 0), (0, 1)))[:, None]
         at_all = at_one.hold(len(rows))

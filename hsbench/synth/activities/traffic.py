@@ -23,12 +23,16 @@ APART_M = 0.66  # between two of whom one walks; bodies are up to .6 m wide, elb
 APART_AT_REST_M = 0.68  # between two at rest, who move their elbows: neighbours on a sofa
 STRIDE_FRAMES = 2  # walks are compared every so many frames
 ROUNDING_M = 1e-6
+FEET_AHEAD = 3  # places: .2 s, after which a walker is where a foot is now, and before which where the other one was
 SHARE_LEFT = 0.5  # whoever rests leaves everybody else at least this share of the floor to go to
 
 
 @dataclass(frozen=True, eq=False)
 class Stay:
-    """From a frame on: a walk over places (n, 2), one every ``STRIDE_FRAMES``, then at rest on a line (2, 2)."""
+    """From a frame on: a walk over places (n, 2), one every ``STRIDE_FRAMES``, then at rest on a line (2, 2).
+
+    Who moves along a seat, legs ahead, takes up a line at each place: (n, 2, 2).
+    """
 
     start: int
     places: FloatArray
@@ -69,7 +73,9 @@ class Traffic:
         self.awaited: Way | None = None  # of somebody who is kept outside
 
     def conflict(self, person: int, start: int, xy: FloatArray, rest: FloatArray) -> str:
-        """Why a walk over xy (n, 2), a place a frame, that ends at rest on a line (2, 2) cannot begin; "" if it can."""
+        """Why a walk over xy (n, 2), a place or a line (n, 2, 2) a frame, that ends at rest on a line (2, 2) cannot
+        begin; "" if it can.
+        """
         mine = Stay(start, np.ascontiguousarray(xy[::STRIDE_FRAMES]), rest)
         for other, plans in enumerate(self.plans):
             if other != person and plans and self._meets(mine, plans):
@@ -170,7 +176,7 @@ class Traffic:
     def _on_cells(self, stay: Stay, moved: Moved) -> bool:
         frames = stay.start + STRIDE_FRAMES * np.arange(len(stay.places) + 1)
         ends = np.append(frames[1:], np.inf)
-        points = np.concatenate([stay.places, stay.rest[:1]])
+        points = np.concatenate([stay.places if stay.places.ndim == 2 else stay.places[:, 0], stay.rest[:1]])
         points = points[(frames < moved.end) & (ends > moved.start)]
         index, inside = self.walk.index(points)
         return bool(moved.cells[tuple(index[inside].T)].any())
@@ -231,7 +237,10 @@ def _from(plans: list[Stay], frame: int) -> list[Stay]:
 
 
 def _lines(plans: Sequence[Stay], frames: IntArray) -> tuple[FloatArray, BoolArray]:
-    """(n,) frames -> (n, 2, 2) what is taken up then, and (n,) whether it is walked."""
+    """(n,) frames -> (n, 2, 2) what is taken up then, and (n,) whether it is walked.
+
+    A walker takes up the way from where the hind foot is to where the front one is, and so nobody treads on heels.
+    """
     lines, moving = np.empty((len(frames), 2, 2)), np.zeros(len(frames), dtype=np.bool_)
     for stay in plans:
         first = int(np.searchsorted(frames, stay.start))
@@ -239,11 +248,19 @@ def _lines(plans: Sequence[Stay], frames: IntArray) -> tuple[FloatArray, BoolArr
         moving[first:] = False
         step = (frames[first:] - stay.start) // STRIDE_FRAMES
         step = step[step < len(stay.places)]
-        lines[first : first + len(step)] = stay.places[step][:, None]
+        lines[first : first + len(step)] = _taken_up(stay.places, step)
         moving[first : first + len(step)] = True
         if first > 0 and stay is plans[0]:  # not there yet: as it will be
             lines[:first] = lines[first] if first < len(frames) else stay.rest
     return lines, moving
+
+
+def _taken_up(places: FloatArray, step: IntArray) -> FloatArray:
+    """(n, 2, 2) lines at some steps of places (m, 2), or (m, 2, 2) if lines are given."""
+    if places.ndim == 3:
+        return np.asarray(places[step])
+    last = len(places) - 1
+    return np.stack([places[np.maximum(step - FEET_AHEAD, 0)], places[np.minimum(step + FEET_AHEAD, last)]], axis=1)
 
 
 @numba.njit(cache=True)

@@ -48,10 +48,16 @@ def lean_back(
 
 
 def shuffle(
-    body: Body, start: Channels, pelvis_xy: FloatArray, ground_m: float, duration_s: float, fps: float
+    body: Body,
+    start: Channels,
+    pelvis_xy: FloatArray,
+    ground_m: float,
+    duration_s: float,
+    fps: float,
+    tuck_m: float = 0.0,
 ) -> Channels:
     """Who sits moves to another place (2,) of the seat, facing as before; the feet go to the floor below the knees, or,
-    on a bed, ahead of the pelvis onto what is ``ground_m`` high.
+    on a bed, ahead of the pelvis onto what is ``ground_m`` high; nearer to the pelvis by ``tuck_m``.
     """
     before = start.last()
     share = shares_of(duration_s, fps)
@@ -59,6 +65,7 @@ def shuffle(
         balls = _balls(body, pelvis_xy, before, LEGS[0])
     else:
         balls = legs_ahead(body, pelvis_xy, float(before.yaw[0]), ground_m)
+    balls[:, :2] -= quantise_m(tuck_m * np.array([np.cos(before.yaw[0]), np.sin(before.yaw[0])]))
     return replace(
         before.hold(len(share)),
         xy=before.xy + smooth(share)[:, None] * (pelvis_xy - before.xy),

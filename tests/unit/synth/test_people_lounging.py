@@ -82,7 +82,7 @@ def test_backs_meet_the_backrest_of_a_sofa(body: Body, seed: int) -> None:
     obstacles = Obstacles.of(scene)
     start = seated(body, 2.85)
     start = _moved(start, 2.5)
-    easy = at_ease(body, start.last(), obstacles, 10, FPS, np.random.default_rng(seed))
+    easy = at_ease(body, start.last(), obstacles, 10, FPS, np.random.default_rng(seed), anywhere)
     assert easy is not None
     tilt = -float(easy.tilt[-1])
     assert 0.0 < tilt <= MOST_RAD
@@ -98,7 +98,29 @@ def test_backs_meet_the_backrest_of_a_sofa(body: Body, seed: int) -> None:
 def test_without_a_backrest_one_stays_upright() -> None:
     scene = room(6.0, 5.0, bed(10, 3.3, 2.5, 0.0))
     start = _moved(seated(BODIES[1], 2.8), 2.5)
-    assert at_ease(BODIES[1], start.last(), Obstacles.of(scene), 10, FPS, np.random.default_rng(0)) is None
+    assert at_ease(BODIES[1], start.last(), Obstacles.of(scene), 10, FPS, np.random.default_rng(0), anywhere) is None
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda b: b.shape)
+def test_nobody_slides_off_a_seat_to_lean_on_a_wall(body: Body) -> None:
+    wall = SceneObject(11, "wardrobe", planar(3.0, 2.5, 0.0), (part("case", (0.3, -1.0, 0.0), (0.5, 1.0, 2.0)),))
+    stool = SceneObject(
+        10, "stool", planar(2.8, 2.5, 0.0), (part("seat", (-0.25, -0.3, 0.3), (0.2, 0.3, 0.43), "seat"),)
+    )
+    obstacles = Obstacles.of(room(5.0, 5.0, stool, wall))
+    start = _moved(seated(body, 2.85), 2.5)
+    for edge_x, leans in ((np.inf, True), (3.0, False)):  # to rest on the wall a pelvis gets beyond 3.0
+
+        def is_on(xy: np.ndarray, edge_x: float = edge_x) -> np.ndarray:
+            return xy[:, 0] <= edge_x
+
+        easy = at_ease(body, start.last(), obstacles, 10, FPS, np.random.default_rng(0), is_on)
+        assert easy is None or easy.xy[:, 0].max() <= edge_x
+        assert (easy is not None and easy.xy[:, 0].max() > 3.0) == leans
+
+
+def anywhere(xy: np.ndarray) -> np.ndarray:
+    return np.ones(len(xy), dtype=bool)
 
 
 def _moved(line: Channels, y: float) -> Channels:

@@ -39,6 +39,26 @@ def where(start: int, xy: np.ndarray, before: tuple[float, float], frame: int) -
     return (xy[frame - start], True) if frame - start < len(xy) else (xy[-1], False)
 
 
+@pytest.mark.parametrize(("behind_m", "aside_m", "is_free"), [(0.85, 0.0, False), (1.1, 0.0, True), (0.0, 0.7, True)])
+def test_who_walks_behind_another_leaves_room_for_both_strides(behind_m: float, aside_m: float, is_free: bool) -> None:
+    traffic = crowd(2)
+    ahead = walked((1.5, 1.0), (3.5, 1.0), 61)  # 1 m/s
+    after = ahead - [behind_m, -aside_m]
+    traffic.go(0, 0, ahead, point(3.5, 1.0))
+    rest = after[-1] - [0.0 if aside_m else 0.5, 0.0]
+    assert (traffic.conflict(1, 0, after, np.stack([rest, rest])) == "") == is_free
+
+
+def test_legs_ahead_of_who_moves_along_a_seat_are_in_the_way() -> None:
+    traffic = crowd(2)
+    pelvis = walked((1.0, 1.0), (1.0, 1.6), 31)
+    legs = np.stack([pelvis + [0.9, 0.0], pelvis], axis=1)
+    stand = point(2.2, 1.3)
+    traffic.settle(0, 0, stand)
+    assert traffic.conflict(1, 0, pelvis, point(1.0, 1.6)) == ""
+    assert traffic.conflict(1, 0, legs, point(1.0, 1.6)) == "person 1 is in the way"
+
+
 places = st.tuples(st.floats(0.3, 3.7), st.floats(0.3, 2.7))
 
 
