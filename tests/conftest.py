@@ -23,6 +23,12 @@ SHORT = {"life": {"duration_s": 12.0}, "camera": {"width_px": 160, "height_px": 
 """What the short recipe changes: 12 s instead of two minutes, and pictures of a sixteenth of the pixels."""
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files that read the shared data set come last: while one process makes it, every other that asks for it waits."""
+    late = {item.path for item in items if "rgbd" in getattr(item, "fixturenames", ())}
+    items.sort(key=lambda item: item.path in late)
+
+
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[Path], None]], Path]:
     """(name, make) -> a folder that ``make`` filled, by one process of the run for all."""
@@ -45,13 +51,13 @@ def made_once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callab
 
 
 def write_recipe(folder: Path, changes: dict[str, dict[str, object]]) -> None:
-    """Copy the bundled recipe rgbd-activity into a new folder of that name, with other settings."""
-    bundled = resource("generators") / "rgbd-activity"
+    """Copy the bundled recipe of a new folder's name into it, with other settings."""
+    bundled = resource("generators") / folder.name
     config = tomllib.loads((bundled / "config.toml").read_text(encoding="utf-8"))
     for section, table in changes.items():
         config[section] = {**config[section], **table}
     folder.mkdir(parents=True)
-    shutil.copy(bundled / "rgbd-activity.py", folder)
+    shutil.copy(bundled / f"{folder.name}.py", folder)
     text = "".join(
         f"[{section}]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in table.items())
         for section, table in config.items()

@@ -2,27 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import pickle
+from collections.abc import Generator
+from contextlib import closing
 from dataclasses import replace
+from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any
 
-from hsbench.baselines.method import Method, Settings
+from hsbench.baselines.method import Method, Predictor, Settings
+from hsbench.baselines.registry import find
 from hsbench.datasets.dataset import Dataset, load
 from hsbench.submission.metadata import Metadata
 from hsbench.submission.pack import SubmissionWriter
+from hsbench.synth.executors import Processes, in_order
 from hsbench.tasks.registry import task
 
 AUTHORS = ("The hsbench developers",)
 
 
 def predict(
-    method: Method, data: Dataset, out: Path, *, train: Dataset | None = None, seed: int = 0, replace_out: bool = False
-) -> Iterator[str]:
+    method: Method,
+    data: Dataset,
+    out: Path,
+    *,
+    train: Dataset | None = None,
+    seed: int = 0,
+    replace_out: bool = False,
+    workers: int = 1,
+) -> Generator[str, None, None]:
     """Write a method's submission for every episode of ``data`` to ``out``, yielding each id when it is answered.
 
     train: episodes with truth, for the methods that are fitted; default the train split of the same data set. No method
-    but an oracle is handed truth of what it answers. The folder appears when all is done. Raises DataError for missing
-    inputs.
+    but an oracle is handed truth of what it answers. The folder appears when all is done. workers: processes, each of
+    which prepares the method for itself; with several it is one of ``METHODS``. The bytes do not depend on them. Raises
+    DataError for missing inputs.
     """
     spec = task(method.task)
     if method.needs_train and train is None and any(r["split"] == "train" for r in load(data.root).rows):
@@ -30,7 +44,7 @@ def predict(
     if train is not None:
         train = replace(train, truth=True)
     data = replace(data, truth=method.oracle)
-    answer = method.prepare(Settings(data, train, seed))
+    answers = _answers(method, Settings(data, train, seed), min(workers, len(data)))
     metadata = Metadata(
         task=spec.name,
         task_version=spec.version,
@@ -40,7 +54,30 @@ def predict(
         causal=True,
         training_data=(f"{data.name}/train",) if method.needs_train else (),
     )
-    with SubmissionWriter(out, spec, metadata, replace=replace_out) as writer:
-        for episode in data:
-            writer.add(episode.episode_id, answer(episode))
-            yield episode.episode_id
+    with closing(answers), SubmissionWriter(out, spec, metadata, replace=replace_out) as writer:
+        for episode_id, answer in zip(data.episode_ids, answers, strict=True):
+            writer.add(episode_id, answer)
+            yield episode_id
+
+
+def _answers(method: Method, settings: Settings, workers: int) -> Generator[Any, None, None]:
+    """The answers of a method to the episodes, in order."""
+    if workers > 1:
+        job = pickle.dumps((method.name, method.task, settings))
+        return in_order(
+            Processes(workers, recycled_after=len(settings.data)), partial(_answer, job), settings.data.episode_ids
+        )
+    answer = method.prepare(settings)
+    return (answer(episode) for episode in settings.data)
+
+
+def _answer(job: bytes, episode_id: str) -> Any:
+    settings, answer = _prepared(job)
+    return answer(settings.data.episode(episode_id))
+
+
+@lru_cache(maxsize=1)
+def _prepared(job: bytes) -> tuple[Settings, Predictor]:
+    """What ``_answers`` was given, and the method prepared: once a process, as fitting takes long."""
+    name, task_name, settings = pickle.loads(job)
+    return settings, find(name, settings.data.name, task_name).prepare(settings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 
 import click
@@ -23,6 +24,7 @@ from hsbench.errors import HsbenchError
     "--train", type=FOLDER, metavar="DIR", help="Data set whose split train fits the method; default: the same."
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of methods that draw.")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 @click.option("--replace", is_flag=True, help="Replace --out if it exists.")
 @click.option("--list", "list_methods", is_flag=True, is_eager=True, help="List the methods.")
 def command(
@@ -33,6 +35,7 @@ def command(
     out: Path | None,
     train: Path | None,
     seed: int,
+    workers: int,
     replace: bool,
     list_methods: bool,
 ) -> None:
@@ -55,7 +58,10 @@ def command(
     dataset = load(data, split)
     chosen = find(method, dataset.name, task_name)
     training = None if train is None else load(train, "train")
-    answers = predict(chosen, dataset, out, train=training, seed=seed, replace_out=replace)
-    count = sum(1 for _ in progress(answers, len(dataset), method))
+    # Closed at once on Ctrl-C, as in ``generate``: else workers go on until somebody collects the iterator.
+    with closing(
+        predict(chosen, dataset, out, train=training, seed=seed, replace_out=replace, workers=workers)
+    ) as answers:
+        count = sum(1 for _ in progress(answers, len(dataset), method))
     click.echo(f"{out}: {count} predictions of {method}")
     next_step("check", out, "--task", chosen.task, "--data", data, *on_split(split))

@@ -5,10 +5,12 @@ All give the same outcomes, in another order. A task that raises, or whose proce
 
 from __future__ import annotations
 
+import asyncio
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Hashable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing import active_children, get_context
@@ -20,6 +22,7 @@ from hsbench.synth.workers import start_worker
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+Key = TypeVar("Key", bound=Hashable)
 
 RECYCLED_AFTER = 100
 """Tasks that one process does before another takes its place, against what libraries may leak."""
@@ -34,6 +37,10 @@ class WorkerDiedError(DataError):
 class Executor(Protocol):
     """Somebody who does tasks."""
 
+    def check(self) -> None:
+        """Raise DataError where nobody is there to do a task: before anything is written for it."""
+        ...
+
     def outcomes(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
     ) -> Generator[tuple[Task, Result | Exception], None, None]:
@@ -47,6 +54,9 @@ class Executor(Protocol):
 @dataclass(frozen=True)
 class InTurn:
     """One task after the other in this process."""
+
+    def check(self) -> None:
+        """Nothing to check: the process that asks is there."""
 
     def outcomes(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
@@ -63,6 +73,9 @@ class Processes:
     workers: int
     limits: Limits = NO_LIMITS
     recycled_after: int = RECYCLED_AFTER
+
+    def check(self) -> None:
+        """Nothing to check: they are started here."""
 
     def outcomes(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
@@ -150,25 +163,31 @@ class Cluster:
     address: str
     time_s: float | None = None
 
-    def outcomes(
-        self, function: Callable[[Task], Result], tasks: Sequence[Task]
-    ) -> Generator[tuple[Task, Result | Exception], None, None]:
-        """As ``Executor`` says. Raises MissingExtraError without ``distributed``, DataError where no scheduler answers
-        or a worker has several threads.
+    def check(self) -> None:
+        """As ``Executor`` says: no scheduler answers, or a worker has several threads. Raises MissingExtraError without
+        ``distributed``.
         """
         try:
-            from distributed import Client, as_completed
-            from distributed.scheduler import KilledWorker
+            from distributed.utils import LoopRunner
         except ImportError as error:
             raise MissingExtraError("--dask", "distributed", "cluster") from error
         try:
-            client = Client(self.address, timeout=CONNECT_S, set_as_default=False)
-        except (OSError, ValueError) as error:
+            threads = LoopRunner().run_sync(_threads, self.address)
+        # What else may answer, such as the dashboard, is read as if it were a scheduler: anything may be raised.
+        except Exception as error:
             raise DataError(f"no Dask scheduler answers at {self.address} (is it tcp://HOST:8786?)") from error
-        with client:
-            threads = client.nthreads()
-            if several := sorted(worker for worker, count in threads.items() if count > 1):
-                raise DataError(f"Dask worker {several[0]} has several threads; start it with --nthreads 1")
+        if several := sorted(worker for worker, count in threads.items() if count > 1):
+            raise DataError(f"Dask worker {several[0]} has several threads; start it with --nthreads 1")
+
+    def outcomes(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Generator[tuple[Task, Result | Exception], None, None]:
+        """As ``Executor`` says. Raises what ``check`` does."""
+        self.check()  # a client that was not answered says so again, at length, when it is collected
+        from distributed import Client, as_completed
+        from distributed.scheduler import KilledWorker
+
+        with Client(self.address, timeout=CONNECT_S, set_as_default=False) as client:
             call = partial(_in_time, function, self.time_s)
             running = {client.submit(call, task, pure=False): task for task in tasks}
             for future in as_completed(list(running), loop=client.loop):
@@ -186,11 +205,40 @@ def local(workers: int, limits: Limits = NO_LIMITS) -> Executor:
     return InTurn() if workers == 1 and not limits.any else Processes(workers, limits)
 
 
+def in_order(
+    executor: Executor, function: Callable[[Key], Result], tasks: Sequence[Key]
+) -> Generator[Result, None, None]:
+    """The results of tasks, all different, in their order. Raises what one of them raised, and stops the others."""
+    done: dict[Key, Result] = {}
+    with closing(executor.outcomes(function, tasks)) as outcomes:
+        following = 0
+        for task, outcome in outcomes:
+            if isinstance(outcome, WorkerDiedError):
+                raise WorkerDiedError(f"{task}: {outcome}")
+            if isinstance(outcome, Exception):
+                raise outcome
+            done[task] = outcome
+            while following < len(tasks) and tasks[following] in done:
+                yield done.pop(tasks[following])
+                following += 1
+
+
 def _outcome(make: Callable[[], Result]) -> Result | Exception:
     try:
         return make()
     except Exception as error:
         return error
+
+
+async def _threads(address: str) -> dict[str, int]:
+    """How many threads each worker of a scheduler has."""
+    from distributed import rpc
+    from distributed.security import Security
+
+    encryption = Security().get_connection_args("client")
+    async with rpc(address, timeout=CONNECT_S, connection_args=encryption) as scheduler:
+        # For what takes the call and says nothing: the time of ``rpc`` ends where a connection begins.
+        return dict(await asyncio.wait_for(scheduler.ncores(), CONNECT_S))
 
 
 def _start(memory_gb: float | None) -> None:

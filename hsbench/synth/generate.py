@@ -94,6 +94,7 @@ def make_units(job: Job, out: Path, executor: Executor, keep_going: bool = True)
     recipe = find_recipe(job.recipe)
     units = missing_units(job, out)
     if units:  # before anything is written: where nothing can draw, nothing is left behind
+        executor.check()
         job = replace(job, renderer=_choose_renderer(job, out))
     _open_dataset(out, job, recipe)
     if not units:

@@ -6,16 +6,17 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from hsbench.schema.scene import Scene
+from hsbench.synth.executors import in_order, local
 from hsbench.synth.furniture import BUILDERS, COMMON_FAMILIES, NOVEL_FAMILIES
 from hsbench.synth.placement import CameraConfig, place_rgbd
 from hsbench.synth.rooms import COMMON_TEMPLATES, NOVEL_TEMPLATES, HomeConfig, RoomConfig, build_home, build_scene
 from hsbench.synth.rooms.templates import even_weights
 from hsbench.synth.seeds import Seeds
-from hsbench.synth.workers import worker_pool
 from hsbench.truth.sight import ray_image
 from hsbench.truth.usability import Uses, uses
 from hsbench.truth.validity import Faults, faults
@@ -52,12 +53,7 @@ class Surveyed:
 
 def survey(numbers: range, seed: int, workers: int = 1) -> Iterator[Surveyed]:
     """Build and examine scenes, in order; a scene depends on its number and the seed alone."""
-    if workers == 1:
-        for number in numbers:
-            yield surveyed(number, seed)
-        return
-    with worker_pool(workers) as pool:
-        yield from pool.map(surveyed, numbers, [seed] * len(numbers), chunksize=4)
+    return in_order(local(workers), partial(surveyed, seed=seed), numbers)
 
 
 def drawn_scene(number: int, seed: int) -> Scene:

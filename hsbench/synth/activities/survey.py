@@ -5,14 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 from hsbench.synth.activities.config import MODES, LifeConfig
 from hsbench.synth.activities.life import live
 from hsbench.synth.activities.measures import Measures, measure
 from hsbench.synth.activities.schedule import COMMON_HABITS, NOVEL_HABITS
+from hsbench.synth.executors import in_order, local
 from hsbench.synth.seeds import Seeds
 from hsbench.synth.survey import SINGLE_EVERY, drawn_scene
-from hsbench.synth.workers import worker_pool
 
 PEOPLE, DURATION_S = 3, 600.0
 WARM_UP_S = 20.0
@@ -23,10 +24,7 @@ def survey(count: int, seed: int, workers: int = 1) -> Iterator[Measures]:
     """Measures of the lives of three persons for ten minutes in each of some homes; half of them explore."""
     if workers == 1:
         lived(0, seed, WARM_UP_S)  # compiled functions are loaded before time is taken
-        yield from (lived(number, seed) for number in range(count))
-        return
-    with worker_pool(workers) as pool:
-        yield from pool.map(lived, range(count), [seed] * count)
+    yield from in_order(local(workers), partial(lived, seed=seed), range(count))
 
 
 def lived(number: int, seed: int, duration_s: float = DURATION_S) -> Measures:

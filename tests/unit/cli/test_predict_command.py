@@ -9,6 +9,7 @@ import pytest
 
 from hsbench.baselines.registry import METHODS
 from hsbench.cli.main import run
+from hsbench.io.checksums import manifest
 from hsbench.tasks import TASKS
 
 
@@ -43,3 +44,30 @@ def test_a_name_of_several_tasks_needs_the_task(rgbd: Path, tmp_path: Path, caps
     assert "method 'traces' is unknown; expected one of cuboids" in said(
         capsys, "predict", "traces", "--task", "object-detection-3d", *asked[:4], "--out", tmp_path / "q", code=2
     )
+
+
+@pytest.mark.parametrize(
+    ("task", "method"), [("scene-completion", "height-prior"), ("affordance-topdown", "traces-shuffled")]
+)
+def test_the_bytes_do_not_depend_on_workers(
+    rgbd: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], task: str, method: str
+) -> None:
+    """Of a method that is fitted, and of one that draws and takes other episodes."""
+    asked = ("predict", method, "--task", task, "--data", rgbd)
+    for workers in (1, 2):
+        said(capsys, *asked, "--workers", workers, "--out", tmp_path / f"by-{workers}")
+    assert manifest(tmp_path / "by-1") == manifest(tmp_path / "by-2")
+    assert len(manifest(tmp_path / "by-1")) > 2
+
+
+def test_a_failure_in_a_process_leaves_nothing(
+    rgbd_copy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As in one: the same line, and no folder."""
+    out, episode = tmp_path / "out", sorted((rgbd_copy / "episodes").iterdir())[1]
+    (episode / "episode.json").write_bytes(b"")
+    asked = ("predict", "carve", "--data", rgbd_copy, "--out", out)
+    lines = {said(capsys, *asked, "--workers", workers, code=2) for workers in (1, 2)}
+    assert len(lines) == 1
+    assert episode.name in lines.pop()
+    assert not out.exists()

@@ -10,7 +10,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
@@ -41,6 +43,15 @@ def _wait_for(text: str, log: Path) -> None:
     while text not in log.read_text(errors="replace"):
         assert time.monotonic() < deadline, log.read_text(errors="replace")
         time.sleep(0.1)
+
+
+def _say(server: socket.socket, answer: bytes) -> None:
+    with suppress(OSError):  # the server is closed when the test is done
+        connection, _ = server.accept()
+        with connection:
+            connection.sendall(answer)
+            while connection.recv(1024):
+                pass
 
 
 @pytest.fixture
@@ -109,6 +120,31 @@ def test_no_scheduler_and_no_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'hsbench\[cluster\]'"):
         list(Cluster("tcp://127.0.0.1:9").outcomes(double, [1]))
+
+
+@pytest.mark.parametrize(
+    ("address", "answer"),
+    [("nowhere", b""), ("tcp://127.0.0.1:9", b""), ("", b"HTTP/1.1 400 Bad Request\r\n\r\n"), ("", b"")],
+)
+def test_where_no_scheduler_answers_nothing_is_left(tmp_path: Path, address: str, answer: bytes) -> None:
+    """One line, no folder, and no client that goes on looking for the scheduler.
+
+    "": something else takes the call, and answers as a dashboard would, or not at all.
+    """
+    pytest.importorskip("distributed")
+    recipe, out = write_toy(tmp_path / "recipe"), tmp_path / "out"
+    code = (
+        "import sys, hsbench.synth.executors as e; from hsbench.cli.main import run; e.CONNECT_S = 1; sys.exit(run())"
+    )
+    words = ["generate", str(recipe), "--frames", "none", "--out", str(out), "--dask"]
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        address = address or f"tcp://127.0.0.1:{other.getsockname()[1]}"
+        Thread(target=_say, args=(other, answer), daemon=True).start()
+        command = [sys.executable, "-c", code, *words, address]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=START_S)
+    assert done.returncode == 2
+    assert done.stderr == f"error: no Dask scheduler answers at {address} (is it tcp://HOST:8786?)\n"
+    assert not out.exists()
 
 
 def test_a_cluster_has_its_own_workers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

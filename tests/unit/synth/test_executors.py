@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hsbench.errors import DataError, SchemaError
-from hsbench.synth.executors import Executor, InTurn, Processes, WorkerDiedError, local
+from hsbench.synth.executors import Executor, InTurn, Processes, WorkerDiedError, in_order, local
 from hsbench.synth.limits import Limits
 
 
@@ -37,6 +37,11 @@ def doing(task: str) -> object:
     return task
 
 
+def slowest_first(task: int) -> int:
+    time.sleep(0.2 * (3 - task))
+    return task
+
+
 def process_id(task: int) -> int:
     return os.getpid()
 
@@ -49,6 +54,19 @@ def outcomes(executor: Executor, tasks: Sequence[str]) -> dict[str, object]:
 def test_all_do_all(executor: Executor) -> None:
     assert sorted(executor.outcomes(square, range(7))) == [(k, k * k) for k in range(7)]
     assert list(executor.outcomes(square, [])) == []
+
+
+def test_results_in_the_order_of_tasks() -> None:
+    """Though later ones are done earlier; a task that fails, or whose process dies, ends it by name."""
+    assert list(in_order(Processes(2), slowest_first, range(4))) == [0, 1, 2, 3]
+    assert list(in_order(InTurn(), square, range(1, 4))) == [1, 4, 9]
+    assert list(in_order(InTurn(), square, [])) == []
+    done = in_order(InTurn(), doing, ["a", "fails", "b"])
+    assert next(done) == "a"
+    with pytest.raises(ValueError, match="odd"):
+        next(done)
+    with pytest.raises(WorkerDiedError, match="dies: its process died"):
+        list(in_order(Processes(2), doing, ["a", "dies"]))
 
 
 def test_faults_cost_their_task_alone() -> None:
