@@ -1,71 +1,56 @@
-"""Train a small network: where can one walk, sit and reach, seen only from what people did?
+"""Where can one walk, sit and reach? A small network learns it from what people did, both seen from above.
 
-    hsbench generate activity-maps --size small --frames none --out data/maps
-    python docs/examples/train_torch.py data/maps
-
-Input: three activity maps. Target: three affordance maps seen from above, in cells of 20 cm.
+hsbench generate activity-maps --size small --frames none --out data/maps
+python docs/examples/train_torch.py data/maps
 """
 
 import sys
 
 import torch
 from torch import nn
-from torch.nn import functional
+from torch.nn.functional import binary_cross_entropy_with_logits
 from torch.utils.data import DataLoader
 
-from hsbench import load
-from hsbench.torch import EpisodeDataset, collate, mirrored
+import hsbench
+from hsbench.tasks.probability_maps import LABELS
+from hsbench.torch import EpisodeDataset, Sometimes, collate, label_planes, mirrored
 
-EPOCHS, BATCH, POOLED, WIDTH = 5, 16, 4, 24
-CLASSES = ("walkable", "sittable", "interactable")  # the first bits of the labels
-WEIGHTS = torch.tensor([2.0, 6.0, 6.0])[:, None, None]  # what affords something is rare
-
-
-def maps_and_target(batch):
-    """(B, 3, s, s) activity, and (B, 3, s, s) share of each cell that a class covers."""
-    bits = torch.stack([batch["affordance"] >> bit & 1 for bit in range(len(CLASSES))], dim=1).float()
-    return functional.max_pool2d(batch["maps"], POOLED), functional.avg_pool2d(bits, POOLED)
+EPOCHS, BATCH, WIDTH, POOLED = 5, 16, 24, 4
+RARE = torch.tensor([2.0, 6.0, 6.0])[:, None, None]  # few cells afford something: to miss one costs more
 
 
-def sometimes_mirrored(sample, rng):
-    return mirrored(sample) if rng.random() < 0.5 else sample
+def score(answer, episodes):
+    """IoU of each label by the task's own scorer; ``answer`` turns maps into probabilities."""
+    evaluator = hsbench.Evaluator("affordance-topdown")
+    for episode in episodes:
+        evaluator.add(episode, answer(episode.activity_maps.maps))
+    names, metrics = [label.name.lower() for label in LABELS], evaluator.metrics()
+    return ", ".join(f"{name} {metrics[f'{name}/iou'].value:.2f}" for name in names)
 
 
-def iou(answer, batches):
-    """IoU of each class, over all cells: ``answer`` turns maps into scores, above 0 for yes."""
-    both = either = torch.zeros(len(CLASSES))
-    with torch.no_grad():
-        for maps, target in map(maps_and_target, batches):
-            said, true = answer(maps) > 0, target > 0.5
-            both, either = both + (said & true).sum((0, 2, 3)), either + (said | true).sum((0, 2, 3))
-    return ", ".join(f"{name} {value:.2f}" for name, value in zip(CLASSES, both / either, strict=True))
+torch.manual_seed(0)
+train, val = (hsbench.load(sys.argv[1], split, truth=True) for split in ("train", "val"))
+rooms = EpisodeDataset(train, Sometimes(mirrored), ("maps", "affordance", "affordance_ignored"))
+batches = DataLoader(rooms, BATCH, shuffle=True, collate_fn=collate)
 
+layers = [nn.MaxPool2d(POOLED), nn.Conv2d(len(LABELS), WIDTH, 1)]
+for reach in (1, 1, 2, 4, 8):
+    layers += [nn.Conv2d(WIDTH, WIDTH, 3, padding=reach, dilation=reach), nn.BatchNorm2d(WIDTH), nn.ReLU()]
+network = nn.Sequential(*layers, nn.Conv2d(WIDTH, len(LABELS), 1), nn.Upsample(scale_factor=POOLED))
 
-def main(folder):
-    torch.manual_seed(0)
-    fields = ("maps", "affordance")
-    train = EpisodeDataset(load(folder, "train", truth=True), sometimes_mirrored, fields)
-    val = EpisodeDataset(load(folder, "val", truth=True), fields=fields)
-    batches = DataLoader(train, BATCH, shuffle=True, collate_fn=collate)
-    held_out = DataLoader(val, BATCH, collate_fn=collate)
-    layers = []
-    for channels, reach in ((3, 1), (WIDTH, 1), (WIDTH, 2), (WIDTH, 4), (WIDTH, 8)):
-        layers += [nn.Conv2d(channels, WIDTH, 3, padding=reach, dilation=reach), nn.BatchNorm2d(WIDTH), nn.ReLU()]
-    network = nn.Sequential(*layers, nn.Conv2d(WIDTH, len(CLASSES), 1))
-    optimiser = torch.optim.Adam(network.parameters())
-    pace = torch.optim.lr_scheduler.OneCycleLR(optimiser, 1e-2, epochs=EPOCHS, steps_per_epoch=len(batches))
-    print(f"val IoU, where people were seen to: {iou(lambda maps: maps - 0.02, held_out)}")
-    for epoch in range(EPOCHS):
-        network.train()
-        for maps, target in map(maps_and_target, batches):
-            loss = functional.binary_cross_entropy_with_logits(network(maps), target, pos_weight=WEIGHTS)
-            optimiser.zero_grad()
-            loss.backward()
-            optimiser.step()
-            pace.step()
-        network.eval()
-        print(f"epoch {epoch + 1}: loss {loss.item():.3f}, val IoU {iou(network, held_out)}")
+optimiser = torch.optim.Adam(network.parameters())
+pace = torch.optim.lr_scheduler.OneCycleLR(optimiser, 1e-2, epochs=EPOCHS, steps_per_epoch=len(batches))
+for epoch in range(EPOCHS):
+    for batch in batches:
+        target = label_planes(batch["affordance"], LABELS).float()
+        counts = (~batch["affordance_ignored"]).float()[:, None]
+        loss = binary_cross_entropy_with_logits(network(batch["maps"]), target, counts, pos_weight=RARE)
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+        pace.step()
+    print(f"epoch {epoch + 1}: loss {loss.item():.3f}")
 
-
-if __name__ == "__main__":
-    main(sys.argv[1])
+network.eval().requires_grad_(False)
+print("val IoU, where people were seen to:", score(lambda maps: maps > 0.02, val))
+print("val IoU, network:", score(lambda maps: network(torch.tensor(maps)[None])[0].sigmoid().numpy(), val))

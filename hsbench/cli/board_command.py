@@ -75,9 +75,11 @@ def show(board: Path, task_name: str) -> None:
 def build(board: Path, task_name: str, out: Path) -> None:
     """Write the board of a task as one HTML page."""
     from hsbench.io.atomic import write_text
-    from hsbench.leaderboard import html_page, rank, read_entries
+    from hsbench.leaderboard import COLUMNS, rank, read_entries
     from hsbench.tasks import task
+    from hsbench.viz.board_page import board_page
 
     spec = task(task_name)
-    write_text(out, html_page(rank(read_entries(existing(board), spec.name, spec.version)), spec.title))
+    tables = rank(read_entries(existing(board), spec.name, spec.version))
+    write_text(out, board_page(tables, spec, COLUMNS))
     click.echo(f"board: {out}")

@@ -20,11 +20,12 @@ from hsbench.io.atomic import write_bytes, write_text
 from hsbench.io.dataset_index import DATASET_FILE
 from hsbench.io.images import encode_png
 from hsbench.io.splits import read_splits
-from hsbench.leaderboard import Entry, html_page, rank, read_entries, write_entry
+from hsbench.leaderboard import COLUMNS, Entry, rank, read_entries, write_entry
 from hsbench.submission.check import check_or_raise
 from hsbench.submission.read import Predictions, open_submission
 from hsbench.synth.generate import Job, generate
 from hsbench.tasks.scene_completion import GRID, SCENE_COMPLETION
+from hsbench.viz.board_page import board_page
 from hsbench.viz.demo_page import Shown, banner, demo_page, view_at
 
 RECIPE = "rgbd-activity"
@@ -85,7 +86,7 @@ def demo(out: Path, workers: int, quick: bool = False) -> Iterator[Step]:
         reports[name] = report
         yield Step(f"{name}: {SCENE_COMPLETION.primary_metric} {report.primary.value:.3f}")
     entries = read_entries(board, SCENE_COMPLETION.name, SCENE_COMPLETION.version)
-    write_text(out / "board.html", html_page(rank(entries), SCENE_COMPLETION.title))
+    write_text(out / "board.html", board_page(rank(entries), SCENE_COMPLETION, COLUMNS))
     shown = _shown(load(data, SPLIT, truth=True), predictions)
     comparisons = [compare(reports["carve"], reports[name]) for name in AGAINST]
     write_bytes(out / "picture.png", encode_png(banner(shown[0])))

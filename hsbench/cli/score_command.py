@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from hsbench.evaluation.report import ObservationCurve, Report
 
 TABLE, PAGE = ".parquet", ".html"
+NAMED = 8
+"""Episodes left out that are named; of more, the first."""
 
 
 @click.command(
@@ -34,6 +37,7 @@ TABLE, PAGE = ".parquet", ".html"
 @data_option
 @click.option("--out", type=ANY_PATH, metavar="FILE", help="Write the report here; a table and a page beside it.")
 @click.option("--allow-missing", is_flag=True, help="Score missing episodes as the task's missing answer.")
+@click.option("--annotated-only", is_flag=True, help="Leave out episodes without truth for the task, and say so.")
 @json_option
 def command(
     submission: Path,
@@ -42,6 +46,7 @@ def command(
     split: str | None,
     out: Path | None,
     allow_missing: bool,
+    annotated_only: bool,
     as_json: bool,
 ) -> None:
     """Check SUBMISSION, then score it: pooled metrics with 95 % intervals over scenes, and every episode's counts.
@@ -60,7 +65,8 @@ def command(
         _refuse_other_file(out)
     dataset = load(data, split, frames=False)
     official = note_own_data(task(task_name), dataset.name)
-    report = score(task_name, submission, dataset, allow_missing=allow_missing)
+    report = score(task_name, submission, dataset, allow_missing=allow_missing, annotated_only=annotated_only)
+    _note_left_out(report, dataset.episode_ids)
     if out is not None:
         write_report(out, report)
         write_episode_table(out.with_suffix(TABLE), report)
@@ -84,6 +90,19 @@ def command(
         if official:
             next_step("board", "add", out, "--board", "DIR", "--year", "YEAR")
         next_step("compare", out, "OTHER.json")
+
+
+def _note_left_out(report: Report, episode_ids: Sequence[str]) -> None:
+    """Say on the error stream which episodes have no truth and were not scored."""
+    scored = {row.episode_id for row in report.episodes}
+    left_out = [episode_id for episode_id in episode_ids if episode_id not in scored]
+    if left_out:
+        names = ", ".join(left_out[:NAMED]) + (", ..." if len(left_out) > NAMED else "")
+        click.echo(
+            f"note: {len(left_out)} of {len(episode_ids)} episodes have no truth for {report.task} and are left out: "
+            f"{names}",
+            err=True,
+        )
 
 
 def _echo_curve(report: Report, curve: ObservationCurve) -> None:

@@ -31,20 +31,31 @@ def show(name: str, as_json: bool) -> None:
     """What task NAME gives, asks and scores."""
     from hsbench.evaluation.scorers import metrics_of
     from hsbench.io.plain import to_plain
+    from hsbench.io.splits import read_splits
     from hsbench.tasks import task
+    from hsbench.tasks.spec import FRAME, NOISE_PRESETS
 
     spec = task(name)
     times = {data: list(spec.on(data).observation_times_s) for data in spec.datasets if spec.observation_times_s}
-    arrays = {key: f"{array.dtype} {array.shape}" for key, array in spec.prediction.arrays.items()}
+    arrays = {
+        key: f"{array.dtype} {array.shape}".replace("None", "any") for key, array in spec.prediction.arrays.items()
+    }
     facts = {
         "name": spec.name,
         "version": spec.version,
         "title": spec.title,
         "datasets": list(spec.datasets),
+        "splits": {
+            data: {name: count for name, (_, count) in read_splits(data).scenes["full"].items()}
+            for data in spec.datasets
+        },
         "inputs": list(spec.inputs),
+        "noise": {data: dict(NOISE_PRESETS[data]) for data in spec.datasets},
         "tracks": list(spec.tracks),
+        "frame": FRAME,
         "grid": to_plain(spec.grid),
         "prediction": {"file": f"predictions/<episode_id>{spec.prediction.suffix}", "arrays": arrays},
+        "example": f"hsbench task template {name} --data DIR --out pred/template",
         "mask": spec.mask,
         "protocol": spec.protocol,
         "primary_metric": f"{spec.primary_metric} ({spec.direction} is better)",
@@ -58,7 +69,17 @@ def show(name: str, as_json: bool) -> None:
         print_json(facts)
         return
     for key, value in facts.items():
-        click.echo(f"{key + ':':<21}{', '.join(map(str, value)) if isinstance(value, list) else value}")
+        if value:
+            click.echo(f"{key + ':':<21}{_text(value)}")
+
+
+def _text(value: object) -> str:
+    """A plain value in words: items of a list and of an object in a row, of those within in brackets."""
+    if isinstance(value, dict):
+        return ", ".join(
+            f"{key} ({_text(v)})" if isinstance(v, dict | list) else f"{key} {v}" for key, v in value.items()
+        )
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
 @command.command(epilog="Example: hsbench task template scene-completion --data data/rgbd --out pred/template")

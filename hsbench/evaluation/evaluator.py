@@ -16,17 +16,18 @@ from hsbench.metrics.bootstrap import REPLICATES
 from hsbench.schema.episode import Episode
 from hsbench.submission.metadata import Metadata
 from hsbench.tasks.registry import task
+from hsbench.tasks.spec import TaskSpec
 
 
 class Evaluator:
     """Collects rows of episodes of one task.
 
-    The numbers are those of a submission with the same answers, whatever the order of episodes and workers.
-    Raises SchemaError for an unknown task.
+    The numbers are those of a submission with the same answers, whatever the order of episodes and workers. May be
+    pickled, so that workers send theirs. Raises SchemaError for an unknown task.
     """
 
     def __init__(self, task_name: str, *, seed: int = 0, replicates: int = REPLICATES) -> None:
-        self._spec = task(task_name)
+        self._task = task(task_name).name
         self._seed, self._replicates = seed, replicates
         self._watched: dict[str, Watched] = {}
 
@@ -41,9 +42,9 @@ class Evaluator:
         added before.
         """
         known = episode.truth
-        truth = scorer(self._spec.name).truth(episode)
+        truth = scorer(self._task).truth(episode)
         if truth is None or known is None:
-            name = self._spec.name
+            name = self._task
             raise DataError(f"episode {episode.episode_id} has no truth for task {name} (load with truth=True)")
         scene_id = episode.episode_id if known.scene is None else known.scene.scene_id
 
@@ -57,15 +58,15 @@ class Evaluator:
 
     def merge(self, other: Evaluator) -> None:
         """Take over the episodes of another worker. Raises SchemaError for another task, or an episode twice."""
-        if other._spec.name != self._spec.name:
-            raise SchemaError(f"evaluators are of {self._spec.name} and {other._spec.name}; only one task merges")
+        if other._task != self._task:
+            raise SchemaError(f"evaluators are of {self._task} and {other._task}; only one task merges")
         for episode in other._watched.values():
             self._take(episode)
 
     def metrics(self) -> dict[str, MetricValue]:
         """Every metric over the episodes so far. Raises SchemaError for none."""
         rows = [episode.whole for episode in self._ordered()]
-        return summarise(rows, self._spec.name, seed=self._seed, replicates=self._replicates)
+        return summarise(rows, self._task, seed=self._seed, replicates=self._replicates)
 
     def report(self, dataset: DatasetRef, split: str, method: Metadata) -> Report:
         """The report of the episodes so far. Raises SchemaError where they have answers at different times."""
@@ -78,6 +79,10 @@ class Evaluator:
             seed=self._seed,
             replicates=self._replicates,
         )
+
+    @property
+    def _spec(self) -> TaskSpec:
+        return task(self._task)  # looked up, as a task has functions, which are not pickled
 
     def _ordered(self) -> list[Watched]:
         if not self._watched:

@@ -22,6 +22,8 @@ from hsbench.tasks.registry import task
 from hsbench.tasks.spec import TaskSpec
 
 ALL_SPLITS = "all"
+ANNOTATED = ", annotated"
+"""What follows the split's name where only those episodes of it that have truth were scored."""
 
 
 def check_on(predictions: str | Path, spec: TaskSpec, data: Dataset, *, allow_missing: bool = False) -> list[str]:
@@ -37,11 +39,20 @@ def check_on(predictions: str | Path, spec: TaskSpec, data: Dataset, *, allow_mi
     )
 
 
-def score(task_name: str, predictions: str | Path, data: Dataset, *, allow_missing: bool = False) -> Report:
+def score(
+    task_name: str,
+    predictions: str | Path,
+    data: Dataset,
+    *,
+    allow_missing: bool = False,
+    annotated_only: bool = False,
+) -> Report:
     """The report of a submission to a task, over every episode of ``data``, whose truth is read here.
 
-    predictions: a folder or a zip; answers at earlier times give the report its curve. Raises SubmissionError listing
-    every fault; DataError where an episode has no truth for the task; SchemaError for an unknown task.
+    predictions: a folder or a zip; answers at earlier times give the report its curve. annotated_only: leave out
+    episodes without truth for the task; the name of the report's split then says so. Raises SubmissionError listing
+    every fault; DataError where an episode, or with annotated_only every one, has no truth for the task; SchemaError
+    for an unknown task.
     """
     spec = task(task_name).on(data.name)
     if faults := check_on(predictions, spec, data, allow_missing=allow_missing):
@@ -51,19 +62,23 @@ def score(task_name: str, predictions: str | Path, data: Dataset, *, allow_missi
     with open_submission(predictions) as files:
         metadata, _ = read_metadata(files.read(METADATA_FILE), spec)
         assert metadata is not None  # checked above
-        return watched_report(
-            _watched(data, Predictions(files, spec), spec),
-            spec=spec,
-            dataset=DatasetRef(description["name"], description["splits_version"], data.manifest_sha256),
-            split=(splits.pop() if len(splits) == 1 else "") or ALL_SPLITS,
-            method=metadata,
-        )
+        watched = list(_watched(data, Predictions(files, spec), spec, annotated_only))
+    if not watched:
+        raise DataError(f"{data.root} has no episode with truth for task {spec.name}; scoring needs open truth")
+    split = (splits.pop() if len(splits) == 1 else "") or ALL_SPLITS
+    return watched_report(
+        watched,
+        spec=spec,
+        dataset=DatasetRef(description["name"], description["splits_version"], data.manifest_sha256),
+        split=split if len(watched) == len(data) else split + ANNOTATED,
+        method=metadata,
+    )
 
 
-def _watched(data: Dataset, answers: Predictions, spec: TaskSpec) -> Iterator[Watched]:
+def _watched(data: Dataset, answers: Predictions, spec: TaskSpec, annotated_only: bool) -> Iterator[Watched]:
     """The rows of every episode; its truth is read once for all its answers."""
     times, durations_s = answers.earlier_s(data.episode_ids), _durations_s(data)
-    for episode_id, scene_id, truth in _truths(data, spec):
+    for episode_id, scene_id, truth in _truths(data, spec, annotated_only):
         duration_s = durations_s[episode_id]
         whole = episode_row(episode_id, scene_id, truth, answers.get(episode_id), spec)
         earlier = {
@@ -78,14 +93,18 @@ def _durations_s(data: Dataset) -> dict[str, float]:
     return {row["episode_id"]: row["duration_s"] for row in data.rows}
 
 
-def _truths(data: Dataset, spec: TaskSpec) -> Iterator[tuple[str, str, Any]]:
-    """(episode_id, scene_id, truth of the task) of every episode, one at a time."""
+def _truths(data: Dataset, spec: TaskSpec, annotated_only: bool) -> Iterator[tuple[str, str, Any]]:
+    """(episode_id, scene_id, truth of the task) of every episode, or of those that have it, one at a time."""
     for episode_id in data.episode_ids:
         if faults := verify_unit(data.root, episode_id, "truth/"):
             raise DataError(f"{faults[0]}; a score on it would be of other data (hsbench verify lists every fault)")
     truth_of = scorer(spec.name).truth
     for row, episode in zip(data.rows, replace(data, truth=True, frames=False), strict=True):
         truth = truth_of(episode)
-        if truth is None:
-            raise DataError(f"episode {episode.episode_id} has no truth for task {spec.name}; scoring needs open truth")
-        yield episode.episode_id, row["scene_id"], truth
+        if truth is not None:
+            yield episode.episode_id, row["scene_id"], truth
+        elif not annotated_only:
+            raise DataError(
+                f"episode {episode.episode_id} has no truth for task {spec.name}; scoring needs open truth (score "
+                "--annotated-only leaves such episodes out)"
+            )

@@ -1,7 +1,7 @@
-"""Boards: entries on disk, ranks within a track, pages derived from them."""
+"""Boards: entries on disk, ranks within a track, tables derived from them."""
 
 from hsbench.leaderboard.entry import Entry, read_entries, read_entry, write_entry
-from hsbench.leaderboard.pages import html_page, markdown
-from hsbench.leaderboard.ranking import Ranked, Table, rank
+from hsbench.leaderboard.ranking import COLUMNS, Ranked, Table, rank
+from hsbench.leaderboard.text import markdown
 
-__all__ = ["Entry", "Ranked", "Table", "html_page", "markdown", "rank", "read_entries", "read_entry", "write_entry"]
+__all__ = ["COLUMNS", "Entry", "Ranked", "Table", "markdown", "rank", "read_entries", "read_entry", "write_entry"]

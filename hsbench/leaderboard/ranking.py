@@ -15,6 +15,9 @@ from hsbench.evaluation.report import DatasetRef
 from hsbench.leaderboard.entry import Entry
 from hsbench.tasks import task
 
+COLUMNS = ("Rank", "Method", "Authors", "Year", "Score", "95 % interval", "Mean over episodes", "Status")
+"""Of a table of ranks."""
+
 
 @dataclass(frozen=True)
 class Ranked:
@@ -22,6 +25,21 @@ class Ranked:
 
     rank: int | None
     entry: Entry
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Its texts in the columns ``COLUMNS``."""
+        entry, primary = self.entry, self.entry.report.primary
+        return (
+            "-" if self.rank is None else str(self.rank),
+            entry.name,
+            ", ".join(entry.authors),
+            str(entry.year),
+            _percent(primary.value),
+            "-" if primary.low is None else f"{_percent(primary.low)} .. {_percent(primary.high)}",
+            _percent(entry.report.metrics[primary.name].mean_over_episodes),
+            entry.status,
+        )
 
 
 @dataclass(frozen=True)
@@ -74,3 +92,8 @@ def _bounds(entry: Entry, sign: float) -> tuple[float, float] | None:
         return (sign * primary.value, sign * primary.value)
     low, high = sorted((sign * primary.low, sign * primary.high))
     return low, high
+
+
+def _percent(value: float | None) -> str:
+    """Rounded for reading only; files keep every digit."""
+    return "-" if value is None else f"{100 * value:.2f}"

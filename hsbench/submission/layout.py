@@ -21,7 +21,7 @@ METADATA_FILE = "submission.json"
 PREDICTIONS_FOLDER = "predictions"
 
 HEADER_BYTES = 65536
-MISTAKE_BYTES = 16 << 20
+MISTAKE_BYTES = 32 << 20  # the largest grid of labels as eight-byte numbers
 MISTAKE_FACTOR = 64  # a bit a voxel against eight bytes: an unpacked grid of doubles
 
 

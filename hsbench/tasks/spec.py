@@ -25,6 +25,16 @@ OBSERVATION_TIMES_S: Mapping[str, tuple[float, ...]] = {
 }
 """Data set -> seconds after t0 at which a prediction may be given; an episode ends at the last one recorded."""
 
+NOISE_PRESETS: Mapping[str, Mapping[str, str]] = {
+    "rgbd-activity": {"poses": "kinect", "depth": "kinect"},
+    "activity-360": {"poses": "openpose-like"},
+    "timelapse-activity": {"poses": "openpose-like", "pictures": "camera"},
+}
+"""Data set -> noise of its inputs by preset, as its recipe sets it (docs/data/poses.md, docs/generate.md)."""
+
+FRAME = "episode frame: origin on the floor below the camera, z up, x along its heading, y to the left"
+"""Of all inputs, truth and predictions that lie in space."""
+
 
 @dataclass(frozen=True)
 class PlanGrid:

@@ -7,8 +7,19 @@ except ModuleNotFoundError as error:
 
     raise MissingExtraError("hsbench.torch", error.name or "torch", "torch") from error
 
-from hsbench.torch.datasets import ClipDataset, EpisodeDataset, FrameDataset, collate
+from hsbench.torch.datasets import ClipDataset, EpisodeDataset, FrameDataset, collate, label_planes
 from hsbench.torch.samples import Sample
-from hsbench.torch.transforms import cropped, mirrored, turned
+from hsbench.torch.transforms import Sometimes, cropped, mirrored, turned
 
-__all__ = ["ClipDataset", "EpisodeDataset", "FrameDataset", "Sample", "collate", "cropped", "mirrored", "turned"]
+__all__ = [
+    "ClipDataset",
+    "EpisodeDataset",
+    "FrameDataset",
+    "Sample",
+    "Sometimes",
+    "collate",
+    "cropped",
+    "label_planes",
+    "mirrored",
+    "turned",
+]

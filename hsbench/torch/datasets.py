@@ -229,7 +229,16 @@ def collate(items: Sequence[Tensors]) -> Tensors:
     return batch
 
 
+def label_planes(bits: torch.Tensor, labels: Sequence[int]) -> torch.Tensor:
+    """(..., h, w) bit field of labels -> (..., L, h, w) bool, a plane a label: what a network of many labels learns.
+
+    labels: bit numbers, such as ``Affordance``.
+    """
+    return torch.stack([(bits >> int(label) & 1).bool() for label in labels], dim=-3)
+
+
 OF_FRAMES = ("timestamps_ns", "rgb", "depth_m", "instance", "semantic")
 OF_POSES = ("pose_ns", "track_id", "joint_state", "joints_m", "joints_px")
 OF_BOXES = ("boxes", "box_class", "box_visibility")
-ARRAYS = (*OF_FRAMES, *OF_POSES, *OF_BOXES, "maps", "affordance", "solid")
+OF_SPACE = ("maps", "affordance", "affordance_ignored", "solid", "voxel_state", "solid_ignored")
+ARRAYS = (*OF_FRAMES, *OF_POSES, *OF_BOXES, *OF_SPACE)

@@ -17,7 +17,7 @@ from hsbench.schema.episode import Episode
 from hsbench.schema.poses import PoseTable
 from hsbench.schema.skeletons import Skeleton
 from hsbench.schema.states import Visibility
-from hsbench.typing import AnyArray, Float32Array, FloatArray, IntArray, UInt8Array
+from hsbench.typing import AnyArray, BoolArray, Float32Array, FloatArray, IntArray, UInt8Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,8 @@ class Sample:
     depth_m: (T, h, w) float32, 0 = none. pose_ns, track_id: (P,). joint_state: (P, J) uint8. joints_m: (P, J, 3),
     joints_px: (P, J, 2) float32, NaN where missing. maps: (C, s, s) float32, activity maps. Of truth, None unless it
     was asked for: instance: (T, h, w) uint16. semantic: (T, h, w) uint8. boxes: (M, 7) float64 centre, size, yaw, and
-    box_class, box_visibility: (M,) uint8. affordance: (s, s) uint8 bit field. solid: (nx, ny, nz) bool on ``grid``.
+    box_class, box_visibility: (M,) uint8. affordance: (s, s) uint8 bit field. On ``grid``, (nx, ny, nz): solid, bool;
+    voxel_state, uint8 of ``VoxelState``. affordance_ignored, solid_ignored: bool, cells and voxels no score counts.
     """
 
     camera: Camera
@@ -51,7 +52,10 @@ class Sample:
     box_class: UInt8Array | None = None
     box_visibility: UInt8Array | None = None
     affordance: UInt8Array | None = None
-    solid: AnyArray | None = None
+    affordance_ignored: BoolArray | None = None
+    solid: BoolArray | None = None
+    voxel_state: UInt8Array | None = None
+    solid_ignored: BoolArray | None = None
     grid: VoxelGrid | None = None
 
 
@@ -64,7 +68,7 @@ def sample(episode: Episode, frames: Sequence[int], poses: PoseTable | None) -> 
     sensor, truth, maps = episode.sensor, episode.truth, episode.activity_maps
     shown = [truth.frames[index] for index in frames] if truth is not None and truth.frames is not None else []
     boxes = _boxes(episode)
-    occupancy = None if truth is None else truth.occupancy
+    plan, occupancy = (None, None) if truth is None else (truth.affordance, truth.occupancy)
     return Sample(
         camera=sensor.camera,
         height_m=sensor.height_m,
@@ -85,8 +89,11 @@ def sample(episode: Episode, frames: Sequence[int], poses: PoseTable | None) -> 
         boxes=None if boxes is None else boxes[0],
         box_class=None if boxes is None else boxes[1],
         box_visibility=None if boxes is None else boxes[2],
-        affordance=None if truth is None or truth.affordance is None else truth.affordance.labels,
+        affordance=None if plan is None else plan.labels,
+        affordance_ignored=None if plan is None else plan.ignored,
         solid=None if occupancy is None else occupancy.solid,
+        voxel_state=None if occupancy is None else occupancy.state,
+        solid_ignored=None if occupancy is None else occupancy.ignored,
         grid=None if occupancy is None else occupancy.grid,
     )
 

@@ -6,7 +6,7 @@ Each is exact: no pixel is interpolated, so that ids, depth and maps stay what t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,20 @@ from hsbench.torch.samples import Sample
 from hsbench.typing import AnyArray, FloatArray
 
 PICTURES = ("rgb", "depth_m", "instance", "semantic")
-PLANS = ("maps", "affordance")  # row 0 is the largest x, column 0 the largest y
+PLANS = ("maps", "affordance", "affordance_ignored")  # row 0 is the largest x, column 0 the largest y
+VOXELS = ("solid", "voxel_state", "solid_ignored")
+
+
+@dataclass(frozen=True)
+class Sometimes:
+    """A transform for data sets: ``change``, such as ``mirrored``, of a share of the samples."""
+
+    change: Callable[[Sample], Sample]
+    probability: float = 0.5
+
+    def __call__(self, sample: Sample, rng: np.random.Generator) -> Sample:
+        """The sample, changed or as it is."""
+        return self.change(sample) if rng.random() < self.probability else sample
 
 
 def mirrored(sample: Sample) -> Sample:
@@ -50,10 +63,11 @@ def mirrored(sample: Sample) -> Sample:
             ),
         )
     changes["boxes"] = _each(sample.boxes, lambda boxes: boxes * np.array([1.0, -1, 1, 1, 1, 1, -1]))
-    if sample.solid is not None and sample.grid is not None:
+    for name in VOXELS:
+        changes[name] = _each(getattr(sample, name), lambda voxels: voxels[:, ::-1])
+    if sample.grid is not None:
         grid = sample.grid
         low = -(grid.origin_m[1] + grid.shape[1] * grid.voxel_m)
-        changes["solid"] = sample.solid[:, ::-1]
         changes["grid"] = VoxelGrid((grid.origin_m[0], low, grid.origin_m[2]), grid.shape, grid.voxel_m)
     return replace(sample, **_contiguous(changes))
 
@@ -91,8 +105,10 @@ def turned(sample: Sample, quarters: int) -> Sample:
         boxes = _turned_xy(sample.boxes, turn)
         boxes[:, 6] = (boxes[:, 6] - quarters * np.pi / 2 + np.pi) % (2 * np.pi) - np.pi
         changes["boxes"] = boxes
-    if sample.solid is not None and sample.grid is not None:
-        changes["solid"], changes["grid"] = _turned_voxels(sample.solid, sample.grid, quarters, turn)
+    for name in VOXELS:
+        changes[name] = _each(getattr(sample, name), lambda voxels: np.rot90(voxels, -quarters, axes=(0, 1)))
+    if sample.grid is not None:
+        changes["grid"] = _turned_grid(sample.grid, quarters, turn)
     return replace(sample, **_contiguous(changes))
 
 
@@ -132,13 +148,13 @@ def _turned_xy(rows: AnyArray, turn: AnyArray) -> FloatArray:
     return result
 
 
-def _turned_voxels(solid: AnyArray, grid: VoxelGrid, quarters: int, turn: AnyArray) -> tuple[AnyArray, VoxelGrid]:
+def _turned_grid(grid: VoxelGrid, quarters: int, turn: AnyArray) -> VoxelGrid:
     low = np.array(grid.origin_m[:2])
     high = low + np.array(grid.shape[:2]) * grid.voxel_m
     corners = np.stack([low, high]) @ turn.T
     x, y = corners.min(axis=0).tolist()
-    result = np.rot90(solid, -quarters, axes=(0, 1))
-    return result, VoxelGrid((x, y, grid.origin_m[2]), result.shape, grid.voxel_m)
+    nx, ny, nz = grid.shape
+    return VoxelGrid((x, y, grid.origin_m[2]), (ny, nx, nz) if quarters % 2 else grid.shape, grid.voxel_m)
 
 
 def _each(array: AnyArray | None, change: Callable[[AnyArray], AnyArray]) -> AnyArray | None:

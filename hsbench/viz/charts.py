@@ -6,8 +6,13 @@ import html
 import math
 from collections.abc import Sequence
 
-ACCENT = "#2678be"
-"""Readable on white and on black."""
+COLOURS = ("#2678be", "#d1632d", "#3f9455", "#9a5fc0", "#b0892a", "#4f8a98")
+"""Of the curves of one chart, in order; readable on white and on black."""
+
+ACCENT = COLOURS[0]
+
+LABEL_PX = 34.0
+"""A time stands below the axis where the one before it leaves so much room."""
 
 Point = tuple[float, float, float | None, float | None]
 """(x, value, low or None, high or None)"""
@@ -15,9 +20,21 @@ Point = tuple[float, float, float | None, float | None]
 
 def time_curve(points: Sequence[Point], label: str) -> str:
     """Values with their intervals over log time, from 0 up. points: (seconds, value, low, high), ascending."""
+    return time_curves([points], label)
+
+
+def time_curves(curves: Sequence[Sequence[Point]], label: str) -> str:
+    """Up to ``len(COLOURS)`` curves over log time, each in its colour; one alone with its interval.
+
+    curves: of (seconds, value, low, high), ascending; each has one or more.
+    """
     left, right, top, bottom = 56.0, 664.0, 14.0, 254.0
-    first, last = math.log(points[0][0]), math.log(points[-1][0])
-    highest = _round_up(max(max(value, high or 0.0) for _, value, _, high in points))
+    times = sorted({seconds for points in curves for seconds, _, _, _ in points})
+    first, last = math.log(times[0]), math.log(times[-1])
+    alone = len(curves) == 1
+    highest = _round_up(
+        max(max(value, (high or 0.0) if alone else 0.0) for points in curves for _, value, _, high in points)
+    )
 
     def x(seconds: float) -> float:
         return left + (right - left) * (math.log(seconds) - first) / ((last - first) or 1.0)
@@ -32,19 +49,23 @@ def time_curve(points: Sequence[Point], label: str) -> str:
             f'<line x1="{left}" x2="{right}" y1="{y(value):.1f}" y2="{y(value):.1f}" stroke="currentColor" '
             f'stroke-opacity=".15"/><text x="{left - 8}" y="{y(value) + 4:.1f}" text-anchor="end">{value:.3g}</text>'
         )
-    known = [(seconds, low, high) for seconds, _, low, high in points if low is not None and high is not None]
-    edge = [f"{x(s):.1f},{y(high):.1f}" for s, _, high in known] + [
-        f"{x(s):.1f},{y(low):.1f}" for s, low, _ in known[::-1]
-    ]
-    if len(known) > 1:
+    free = 0.0
+    for seconds in times:
+        if x(seconds) >= free:
+            free = x(seconds) + LABEL_PX
+            parts.append(
+                f'<text x="{x(seconds):.1f}" y="{bottom + 18}" text-anchor="middle">{duration(seconds)}</text>'
+            )
+    known = [(seconds, low, high) for seconds, _, low, high in curves[0] if low is not None and high is not None]
+    if alone and len(known) > 1:
+        edge = [f"{x(s):.1f},{y(high):.1f}" for s, _, high in known] + [
+            f"{x(s):.1f},{y(low):.1f}" for s, low, _ in known[::-1]
+        ]
         parts.append(f'<polygon points="{" ".join(edge)}" fill="{ACCENT}" fill-opacity=".16"/>')
-    line = " ".join(f"{x(seconds):.1f},{y(value):.1f}" for seconds, value, _, _ in points)
-    parts.append(f'<polyline points="{line}" fill="none" stroke="{ACCENT}" stroke-width="2.5"/>')
-    for seconds, value, _, _ in points:
-        parts.append(
-            f'<circle cx="{x(seconds):.1f}" cy="{y(value):.1f}" r="4.5" fill="{ACCENT}"/>'
-            f'<text x="{x(seconds):.1f}" y="{bottom + 18}" text-anchor="middle">{duration(seconds)}</text>'
-        )
+    for points, colour in zip(curves, COLOURS, strict=False):
+        line = " ".join(f"{x(seconds):.1f},{y(value):.1f}" for seconds, value, _, _ in points)
+        parts.append(f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="2.5"/>')
+        parts += [f'<circle cx="{x(s):.1f}" cy="{y(value):.1f}" r="4.5" fill="{colour}"/>' for s, value, _, _ in points]
     text = html.escape(label, quote=True)
     size = f'viewBox="0 0 {right + 36:.0f} {bottom + 28:.0f}" width="{right + 36:.0f}"'
     return f'<div class="scroll"><svg {size} role="img" aria-label="{text}">{"".join(parts)}</svg></div>'

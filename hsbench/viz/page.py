@@ -6,6 +6,7 @@ import base64
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass
+from urllib.parse import urlsplit
 
 from hsbench.io.images import encode_jpeg, encode_png
 from hsbench.typing import UInt8Array
@@ -28,7 +29,7 @@ th, td { text-align: left; padding: .38rem .7rem; border-bottom: 1px solid var(-
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 svg text { fill: currentColor; font: 12px system-ui, sans-serif; }
 pre { overflow-x: auto; padding: .8rem 1rem; border: 1px solid var(--line); border-radius: 5px; font-size: .87rem; }
-.entry { white-space: nowrap; }
+.entry { display: inline-block; max-width: 100%; }
 h3 { margin: 1.8rem 0 .2rem; font-size: 1.02rem; }
 .figure strong { font-size: 2.6rem; font-variant-numeric: tabular-nums; margin-right: .5rem; }
 th[scope=row] { font-weight: 400; } .none { color: var(--faint); } .breaking td + td { overflow-wrap: anywhere; }
@@ -69,6 +70,14 @@ class Figure:
     photo: bool = False
 
 
+@dataclass(frozen=True)
+class Link:
+    """A cell that leads elsewhere; an address that is none of the web is left out."""
+
+    text: str
+    address: str
+
+
 def page(title: str, lead: str, body: Sequence[str], script: str = "") -> str:
     """A whole page from HTML pieces made by the functions below; ``script`` is ours, never a reader's text."""
     end = f"\n<script>{script}</script>" if script else ""
@@ -98,16 +107,21 @@ def code(text: str) -> str:
     return f"<pre>{html.escape(text)}</pre>"
 
 
-def legend(entries: Sequence[tuple[tuple[int, int, int], str]]) -> str:
-    """Colour swatches with their meaning."""
+def legend(entries: Sequence[tuple[tuple[int, int, int] | str, str]]) -> str:
+    """Colour swatches with their meaning; a colour is rgb, or as CSS writes it."""
     return (
         '<p class="note">'
         + "".join(
-            f'<span class="entry"><span class="swatch" style="background: rgb{rgb}"></span>{html.escape(text)}</span> '
-            for rgb, text in entries
+            f'<span class="entry"><span class="swatch" style="background: {_colour(colour)}"></span>'
+            f"{html.escape(text)}</span> "
+            for colour, text in entries
         )
         + "</p>"
     )
+
+
+def _colour(colour: tuple[int, int, int] | str) -> str:
+    return colour if isinstance(colour, str) else f"rgb{colour}"
 
 
 def figures(items: Sequence[Figure], wide: bool = False) -> str:
@@ -134,7 +148,7 @@ def details(summary: str, content: str) -> str:
 
 def table(
     columns: Sequence[str],
-    rows: Sequence[Sequence[str]],
+    rows: Sequence[Sequence[str | Link]],
     numbers: Sequence[int] = (),
     sortable: bool = False,
     breaking: bool = False,
@@ -153,7 +167,7 @@ def table(
     body = "".join(
         "<tr>"
         + "".join(
-            f'<td class="number">{html.escape(cell)}</td>' if k in numbers else f"<td>{html.escape(cell)}</td>"
+            f'<td class="number">{_cell(cell)}</td>' if k in numbers else f"<td>{_cell(cell)}</td>"
             for k, cell in enumerate(row)
         )
         + "</tr>"
@@ -162,6 +176,23 @@ def table(
     kinds = [kind for kind, on in (("sortable", sortable), ("breaking", breaking)) if on]
     kind = f' class="{" ".join(kinds)}"' if kinds else ""
     return f'<div class="scroll"><table{kind}><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def _cell(cell: str | Link) -> str:
+    if isinstance(cell, str):
+        return html.escape(cell)
+    text = html.escape(cell.text)
+    if not _is_web_address(cell.address):
+        return text
+    return f'<a href="{html.escape(cell.address, quote=True)}" rel="nofollow noopener">{text}</a>'
+
+
+def _is_web_address(text: str) -> bool:
+    try:
+        parts = urlsplit(text)
+    except ValueError:
+        return False
+    return parts.scheme in ("http", "https") and bool(parts.netloc)
 
 
 def interval_bars(

@@ -12,7 +12,7 @@ from hsbench.evaluation.report import MetricValue, ObservationCurve, Report
 from hsbench.evaluation.scorers import metrics_of
 from hsbench.tasks import task
 from hsbench.viz import page
-from hsbench.viz.charts import bar, duration, time_curve
+from hsbench.viz.charts import Point, bar, duration, time_curve
 from hsbench.viz.metric_groups import Group, groups, headline
 
 FEW_SCENES = 10
@@ -65,7 +65,7 @@ def _curve(report: Report) -> list[str]:
         for (seconds, value), missing in zip(points, _missing(curve, report), strict=True)
     ]
     area = f"{number(curve.area.value)}, 95 % interval {interval(curve.area.low, curve.area.high)}"
-    known = [(seconds, v.value, v.low, v.high) for seconds, v in points if v.value is not None]
+    known = curve_points(report)
     return [
         page.heading("Over the length of observation"),
         page.paragraph(
@@ -75,6 +75,16 @@ def _curve(report: Report) -> list[str]:
         *([time_curve(known, f"{name} over the length of observation")] if known else []),
         page.table(["watched", name, "95 % interval", "share of the last", "missing"], rows, numbers=(1, 2, 3, 4)),
     ]
+
+
+def curve_points(report: Report) -> list[Point]:
+    """The primary metric where it is defined, at each observation time and over the whole; none without a curve."""
+    if report.curve is None:
+        return []
+    name = report.primary.name
+    at = [(moment.observed_s, moment.metrics[name]) for moment in report.curve.moments]
+    at.append((report.curve.whole_s, report.metrics[name]))
+    return [(seconds, v.value, v.low, v.high) for seconds, v in at if v.value is not None]
 
 
 def _missing(curve: ObservationCurve, report: Report) -> list[int]:

@@ -46,6 +46,8 @@ class Cameras(NamedTuple):
     rgbd: CameraConfig
     sphere: SphereConfig
     timelapse: CameraConfig
+    every_rgbd: CameraConfig
+    every_sphere: SphereConfig
     ordinary: CameraConfig
     security: CameraConfig
     maps: MapConfig
@@ -58,6 +60,8 @@ def cameras() -> Cameras:
         RgbdSettings.of(config("rgbd-activity"), "train").camera,
         PanoramaSettings.of(config("activity-360"), "train").camera,
         TimelapseSettings.of(config("timelapse-activity"), "train").common.camera,
+        every.rgbd.camera,
+        every.sphere.camera,
         every.timelapse.camera,
         every.security.camera,
         settings(MapConfig, config("activity-maps")["maps"], "maps"),
@@ -75,6 +79,8 @@ PLACED: dict[str, Callable[[Scene, Seeds], Placed]] = {
     "timelapse-activity": lambda scene, unit: place_camera(
         "monocular", scene, cameras().timelapse, unit.rng("timelapse-camera")
     ),
+    "all-sensors": lambda scene, unit: place_camera("rgbd", scene, cameras().every_rgbd, unit.rng("rgbd-camera")),
+    "all-sensors-360": lambda scene, unit: place_sphere(scene, cameras().every_sphere, unit.rng("sphere-camera")),
     "all-sensors-timelapse": lambda scene, unit: place_camera(
         "monocular", scene, cameras().ordinary, unit.rng("timelapse-camera")
     ),
@@ -86,7 +92,9 @@ PLACED: dict[str, Callable[[Scene, Seeds], Placed]] = {
         None,
     ),
 }
-"""Scene and node of a unit -> place and sensor, by recipe and sensor. A map has no sensor of its own to publish."""
+"""Scene and node of a unit -> place and sensor, by recipe and sensor. A map has no sensor of its own to publish; the
+view from above has the frame of the 360 camera beside it.
+"""
 
 every_sensor = pytest.mark.parametrize("name", PLACED)
 
@@ -145,7 +153,9 @@ def test_headings_are_uniform_modulo_a_right_angle(name: str) -> None:
     assert_uniform(np.array([heading(PLACED[name](room, unit(number))[0]) for number in range(EPISODES)]))
 
 
-@pytest.mark.parametrize("camera", ["rgbd", "sphere", "timelapse", "ordinary", "security"])
+@pytest.mark.parametrize(
+    "camera", ["rgbd", "sphere", "timelapse", "every_rgbd", "every_sphere", "ordinary", "security"]
+)
 def test_no_ceiling_cuts_the_height_of_a_camera(camera: str) -> None:
     """A height that is cut is the ceiling's less the headroom, and tells it."""
     assert getattr(cameras(), camera).height_m[1] <= RoomConfig().ceiling_m[0] - HEADROOM_M

@@ -16,7 +16,7 @@ from hsbench.errors import HsbenchError
 from hsbench.evaluation.pooled import recompute
 from hsbench.evaluation.score import score
 from hsbench.evaluation.scorers import SCORERS, scorer
-from hsbench.io.arrays import npz_bytes, read_npz
+from hsbench.io.arrays import collect_npz, npz_bytes, read_npz
 from hsbench.schema import Episode
 from hsbench.submission import (
     Metadata,
@@ -144,6 +144,16 @@ def test_templates_survive_writing_and_reading(spec: TaskSpec, episode: Episode)
         back = spec.prediction.decode(read_npz(data, spec.prediction.arrays, spec.prediction.max_bytes))
         assert npz_bytes(spec.prediction.encode(back)) == data
         assert type(back) is type(answer)
+
+
+@tasks
+def test_numbers_of_eight_bytes_are_told_by_their_type_and_not_by_their_size(spec: TaskSpec) -> None:
+    """The usual mistake, numpy's own default, gets as far as the check of types."""
+    shapes = {name: [side or 1 for side in array.shape] for name, array in spec.prediction.arrays.items()}
+    data = npz_bytes({name: np.zeros(shape, np.int64) for name, shape in shapes.items()})
+    _, faults = collect_npz(data, spec.prediction.arrays, spec.prediction.max_bytes)
+    assert len(faults) == len(shapes)
+    assert all("dtype is int64; expected " in fault for fault in faults)
 
 
 @with_data

@@ -37,6 +37,7 @@ def test_the_wheel_alone_checks_and_scores(rgbd: Path, tmp_path: Path) -> None:
     (wheel,) = (tmp_path / "dist").glob("hsbench-*.whl")
     names = zipfile.ZipFile(wheel).namelist()
     assert not any(name.startswith(("tests/", "docs/", "generators/")) for name in names)
+    assert "hsbench/py.typed" in names
     call(sys.executable, "-m", "venv", tmp_path / "venv", cwd=tmp_path)
     own = tmp_path / "venv" / ("Scripts" if os.name == "nt" else "bin")
     call(own / "python", "-m", "pip", "install", "--quiet", "-c", ROOT / "constraints.txt", wheel, cwd=tmp_path)

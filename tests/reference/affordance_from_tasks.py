@@ -10,6 +10,7 @@ of the episode's three IoUs; ties go to the factor nearest 1, then to the smalle
 from __future__ import annotations
 
 import math
+from collections import Counter
 from fractions import Fraction
 
 Plane = list[list[bool]]
@@ -104,14 +105,16 @@ def one_label(planes: list[Plane], i: int, j: int) -> str:
 
 
 def exclusive(episodes: list[Episode]) -> dict[str, Fraction | None]:
-    pairs: list[tuple[str, str]] = []
+    pairs: Counter[tuple[str, str]] = Counter()
     for truth, said, ignored in episodes:
         answer = [yes(plane) for plane in said]
         for i, row in enumerate(ignored):
             for j, out in enumerate(row):
                 if not out:
-                    pairs.append((one_label(truth, i, j), one_label(answer, i, j)))
-    found = {f"{c}/iou": share(sum(t == a == c for t, a in pairs), sum(c in (t, a) for t, a in pairs)) for c in CLASSES}
+                    pairs[one_label(truth, i, j), one_label(answer, i, j)] += 1
+    found = {
+        f"{c}/iou": share(pairs[c, c], sum(number for pair, number in pairs.items() if c in pair)) for c in CLASSES
+    }
     found["mean-iou"] = mean([found[f"{c}/iou"] for c in CLASSES[1:]])
-    found["accuracy"] = share(sum(t == a for t, a in pairs), len(pairs))
+    found["accuracy"] = share(sum(pairs[c, c] for c in CLASSES), sum(pairs.values()))
     return found

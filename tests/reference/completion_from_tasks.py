@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-FREE, SURFACE, OCCLUDED, MISSING_DEPTH, OUTSIDE_FOV, OUTSIDE_ROOM = 1, 2, 3, 4, 5, 6
+UNKNOWN, FREE, SURFACE, OCCLUDED, MISSING_DEPTH, OUTSIDE_FOV, OUTSIDE_ROOM = range(7)
 STRUCTURE = ("floor", "wall", "ceiling", "door", "window")
 TOP_M = 2.0
 NAMES = ("occluded", "surface+occluded", "occluded-full-height", "occluded-with-structure", "outside-frustum")
-NAMES += ("occluded-swept", "occluded-unswept")
+NAMES += ("occluded-swept", "occluded-unswept", "known", "everything")
 
 
 def _json(path):
@@ -33,6 +33,10 @@ def masks_of(state, is_structure, centre_z_m, swept):
         names += ["occluded", "occluded-swept" if swept else "occluded-unswept"]
     if state in (SURFACE, OCCLUDED) and low and not is_structure:
         names.append("surface+occluded")
+    if state != UNKNOWN:
+        names.append("everything")
+    if state != UNKNOWN and low and not is_structure:
+        names.append("known")
     if state == OUTSIDE_FOV and low and not is_structure:
         names.append("outside-frustum")
     return names
@@ -66,6 +70,16 @@ def score_episode(episode_folder: Path, occupied) -> dict[str, tuple[int, int, i
                 for name in masks_of(state[i][j][k], is_structure, centre_z_m, swept):
                     counts[name][cell] += 1
     return {name: tuple(four) for name, four in counts.items()}
+
+
+def ratios(counts) -> dict[str, float | None]:
+    """Of (tp, fp, fn, tn); None without a denominator."""
+    tp, fp, fn, _ = counts
+    return {
+        "iou": tp / (tp + fp + fn) if tp + fp + fn else None,
+        "precision": tp / (tp + fp) if tp + fp else None,
+        "recall": tp / (tp + fn) if tp + fn else None,
+    }
 
 
 def pooled_iou(rows) -> float | None:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hsbench.datasets.importers.hdf5 import check_chunks
 from hsbench.errors import DataError, MissingExtraError
 
 MAX_PLAIN_BYTES = 64 << 20
@@ -90,10 +91,10 @@ class _Reader:
     def array(self, item: Any) -> Any:
         if not isinstance(item, self.h5py.Dataset) or item.shape is None or item.is_virtual or item.external:
             raise DataError(f"{_place(item)} is no array in the file itself; expected one")
-        chunk = 0 if item.chunks is None else int(np.prod(item.chunks, dtype=np.float64)) * item.dtype.itemsize
         self.bytes += int(item.size) * item.dtype.itemsize
-        if self.bytes > MAX_PLAIN_BYTES or chunk > MAX_PLAIN_BYTES:
-            raise DataError(f"{_place(item)}: more than {MAX_PLAIN_BYTES:,} bytes in all, or in a chunk")
+        if self.bytes > MAX_PLAIN_BYTES:
+            raise DataError(f"{_place(item)}: more than {MAX_PLAIN_BYTES:,} bytes in all")
+        check_chunks(item, _place(item), MAX_PLAIN_BYTES)
         return np.atleast_1d(np.asarray(item[()]))
 
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from hsbench.datasets.importers import upright
+from hsbench.datasets.importers.hdf5 import check_chunks
 from hsbench.datasets.importers.mat5 import read_mat5
 from hsbench.datasets.importers.room_boxes import NEUTRAL, category_of
 from hsbench.datasets.importers.sunrgbd import FIRST_PIXEL, UPRIGHT_OF_DOWN
@@ -153,6 +154,8 @@ def _slice(h5py: Any, file: Any, name: str, index: int, shape: tuple[int, ...], 
         raise DataError(f"{name} is {item.dtype}; expected uint8 or uint16")
     if not 0 <= index < min(len(item), MAX_FRAMES):
         raise DataError(f"{name} has {len(item):,} frames; frame {index} is none of them (counted from 0)")
+    length = item.chunks[0] if item.chunks else 1
+    check_chunks(item, name, MAX_CHUNK_BYTES, lambda start: start[0] <= index < start[0] + length)
     return np.asarray(item[index]).astype(item.dtype.newbyteorder("="))
 
 
@@ -161,11 +164,13 @@ def _names(h5py: Any, file: Any) -> list[str]:
     item = _member(h5py, file, "names")
     if item.dtype != h5py.ref_dtype or len(item.shape) != 2 or not 1 <= item.size <= MAX_NAMES:
         raise DataError(f"names is {item.dtype} of shape {item.shape}; expected (1, classes) references")
+    check_chunks(item, "names", MAX_CHUNK_BYTES)
     found = []
     for number, reference in enumerate(item[()].ravel(), start=1):
         text = file[reference] if reference else None
         if not isinstance(text, h5py.Dataset) or text.dtype.kind != "u" or not 1 <= text.size <= MAX_NAME_LENGTH:
             raise DataError(f"names {number} leads to no text of 1 to {MAX_NAME_LENGTH} letters; expected a class name")
+        check_chunks(text, f"names {number}", MAX_CHUNK_BYTES)
         name = "".join(chr(int(code)) for code in text[()].ravel() & 0xFFFF)
         if not name.isprintable():
             raise DataError(f"names {number} is {name!a}; expected a class name")
@@ -174,13 +179,11 @@ def _names(h5py: Any, file: Any) -> list[str]:
 
 
 def _member(h5py: Any, file: Any, name: str) -> Any:
-    """An array in the file itself, in chunks of a bounded size."""
+    """An array in the file itself."""
     link = file.get(name, getlink=True)
     if link is None:
         raise DataError(f"has no {name!r}; expected it (another data set?)")
     item = file[name] if isinstance(link, h5py.HardLink) else None
     if not isinstance(item, h5py.Dataset) or item.is_virtual or item.external:
         raise DataError(f"{name} is no array in the file itself; expected one")
-    if item.chunks is not None and np.prod(item.chunks, dtype=np.int64) * item.dtype.itemsize > MAX_CHUNK_BYTES:
-        raise DataError(f"{name} has chunks {item.chunks} of {item.dtype}; expected at most {MAX_CHUNK_BYTES:,} bytes")
     return item

@@ -26,6 +26,7 @@ from typing import Any
 
 import numpy as np
 
+from hsbench.datasets.importers.hdf5 import check_chunks
 from hsbench.errors import DataError, MissingExtraError
 from hsbench.geometry.numerics import quantise_angle, quantise_m
 from hsbench.io.archives import ArchiveLimits, member_faults, open_zip, read_member
@@ -265,6 +266,7 @@ def _dataset(h5py: Any, group: Any, name: str, shape: tuple[int | None, ...]) ->
     if item.is_virtual or item.external:
         raise DataError(f"{where} lies in another file; expected everything in the file itself")
     _check_shape(where, item.shape, shape)
+    check_chunks(item, where, MAX_BYTES)
     values = np.asarray(item[()], dtype=np.float64)
     if name != "skeleton_joints" and not (np.abs(values) <= MAX_COORDINATE_M).all():
         raise DataError(

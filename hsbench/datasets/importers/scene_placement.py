@@ -14,7 +14,8 @@ Habitat (aihabitat.org, JSON configurations): y up. Templates are looked for by 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -55,13 +56,20 @@ def read_source(path: Path, root: Path) -> SourceScene:
         return read_obj(path, root)
     if not name.endswith(".json"):
         raise DataError(f"{path}: expected .glb, .gltf, .obj, a model list .json, {INSTANCE} or {STAGE}")
-    try:
+    if name.endswith(STAGE):
+        return _joined([_habitat_asset(path, root)], "y", path)
+    with _naming(path):
         document = parse_json(read_limited(path, MAX_FILE_BYTES, TOO_LARGE))
         if name.endswith(INSTANCE):
             return _habitat_scene(document, path, root)
-        if name.endswith(STAGE):
-            return _joined([_habitat_asset(path, root)], "y", path)
         return _model_list(document, path, root)
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Make what is raised inside a DataError of one line that names the file."""
+    try:
+        yield
     except DataError as error:
         raise DataError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -171,20 +179,22 @@ def _habitat_asset(path: Path, root: Path) -> tuple[SourceNode, SourceScene]:
     """A model in Habitat's frame: turned by the ``up`` and ``front`` of its configuration, scaled to metres."""
     if path.suffix.lower() != ".json":
         return SourceNode(path.stem), read_source(path, root)
-    config = parse_json(read_limited(path, MAX_FILE_BYTES, TOO_LARGE))
-    file = referenced(config["render_asset"], path.parent, root, path)
-    if file.suffix.lower() == ".json":
-        raise DataError(f"{path}: render_asset is {config['render_asset']!r}; expected a model")
-    up, front = (config.get(key, value) for key, value in zip(("up", "front"), HABITAT_FRAME, strict=True))
-    own = np.column_stack([_vector(up, 3, f"{path}: up"), _vector(front, 3, f"{path}: front")])
-    turn = np.eye(4)
-    turn[:3, :3] = _frame(np.array(HABITAT_FRAME).T) @ _frame(own).T
-    if not is_rigid(turn):
-        raise DataError(f"{path}: up {up}, front {front}; expected a right angle, length 1")
-    scale = _scaling(config.get("scale", [1.0, 1.0, 1.0]), f"{path}: scale")
-    metres = _scaling(config.get("units_to_meters", 1.0), f"{path}: units_to_meters")
-    extras = {} if "COM" not in config else {"COM": _vector(config["COM"], 3, f"{path}: COM").tolist()}
-    return SourceNode(path.name.partition(".")[0], -1, turn @ scale @ metres, extras=extras), read_source(file, root)
+    with _naming(path):
+        config = parse_json(read_limited(path, MAX_FILE_BYTES, TOO_LARGE))
+        file = referenced(config["render_asset"], path.parent, root, path)
+        if file.suffix.lower() == ".json":
+            raise DataError(f"render_asset is {config['render_asset']!r}; expected a model")
+        up, front = (config.get(key, value) for key, value in zip(("up", "front"), HABITAT_FRAME, strict=True))
+        own = np.column_stack([_vector(up, 3, "up"), _vector(front, 3, "front")])
+        turn = np.eye(4)
+        turn[:3, :3] = _frame(np.array(HABITAT_FRAME).T) @ _frame(own).T
+        if not is_rigid(turn):
+            raise DataError(f"up {up}, front {front}; expected a right angle, length 1")
+        scale = _scaling(config.get("scale", [1.0, 1.0, 1.0]), "scale")
+        metres = _scaling(config.get("units_to_meters", 1.0), "units_to_meters")
+        extras = {} if "COM" not in config else {"COM": _vector(config["COM"], 3, "COM").tolist()}
+        node = SourceNode(path.name.partition(".")[0], -1, turn @ scale @ metres, extras=extras)
+        return node, read_source(file, root)
 
 
 def _frame(up_front: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import shutil
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,11 @@ import pytest
 from hsbench.cli.main import run
 from hsbench.evaluation.report import read_report
 from hsbench.evaluation.scorers import metrics_of
+from hsbench.io.resources import resource
+from hsbench.io.strict_json import read_json
+from hsbench.synth.timelapse import TimelapseSettings
 from hsbench.tasks import TASKS
+from hsbench.tasks.spec import NOISE_PRESETS
 
 OF_RGBD = [name for name, spec in TASKS.items() if "rgbd-activity" in spec.datasets]
 
@@ -83,6 +88,34 @@ def test_show_tells_every_metric(name: str, capsys: pytest.CaptureFixture[str]) 
     times = shown["observation_times_s"]
     assert sorted(times) == sorted(shown["datasets"] if TASKS[name].observation_times_s else ())
     assert all(tuple(times[data]) == TASKS[name].on(data).observation_times_s for data in times)
+    for data in shown["datasets"]:
+        assert shown["splits"][data] == read_json(resource("splits") / data / "v0.json")["sizes"]["full"]
+    assert "z up" in shown["frame"]
+    assert shown["example"].startswith(f"hsbench task template {name} ")
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_show_speaks_to_people(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Everything but what the task has none of, in words."""
+    assert run(["task", "show", name, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert run(["task", "show", name]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert sorted(line.split(":")[0] for line in lines) == sorted(key for key, value in facts.items() if value)
+    assert not [line for line in lines if "{" in line or "None" in line]
+
+
+def test_the_noise_is_that_of_the_recipes(capsys: pytest.CaptureFixture[str]) -> None:
+    names = {data for spec in TASKS.values() for data in spec.datasets}
+    assert names == set(NOISE_PRESETS)
+    for name, presets in NOISE_PRESETS.items():
+        config = tomllib.loads((resource("generators") / name / "config.toml").read_text(encoding="utf-8"))
+        made = {"poses": config["poses"]["preset"]}
+        if depth := config.get("recording", {}).get("depth_noise"):
+            made["depth"] = depth
+        if "timelapse" in config:
+            made["pictures"] = TimelapseSettings.of(config, "train").timelapse.image_noise
+        assert presets == made
 
 
 def test_an_unknown_task_has_no_template(rgbd: Path, tmp_path: Path) -> None:

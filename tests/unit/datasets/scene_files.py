@@ -165,3 +165,21 @@ def room_nodes(yaw: float = 0.4) -> tuple[dict[str, Any], ...]:
     ]
     wardrobe = node("Wardrobe", y_up(of(WARDROBE)), translation=[3.4, 0.0, -0.4])
     return (shell, table, *sofas, wardrobe)
+
+
+# ---------------------------------------------------------------- a scene of several files
+
+
+def habitat(folder: Path, instances: list[dict[str, Any]], **more: Any) -> Path:
+    """A stage with z up whose floor lies in its xy plane, a chair and a configuration of it, and a scene of them."""
+    write_gltf(folder / "stage.gltf", gltf(node("Floor", FLOOR), node("Walls", WALLS)))
+    (folder / "stage.stage_config.json").write_text(
+        json.dumps({"render_asset": "stage.gltf", "up": [0, 0, 1], "front": [0, 1, 0]})
+    )
+    write_gltf(folder / "chair.gltf", gltf(node("Cube", y_up(of(span((0, 0, 0), (0.4, 0.5, 0.9)))))))
+    (folder / "big.object_config.json").write_text(
+        json.dumps({"render_asset": "chair.gltf", "scale": [2, 2, 2], **more})
+    )
+    path = folder / "flat.scene_instance.json"
+    path.write_text(json.dumps({"stage_instance": {"template_name": "stages/stage"}, "object_instances": instances}))
+    return path

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -431,6 +432,42 @@ def test_what_is_annotated_is_scored_of_a_set_that_is_partly_so(tmp_path: Path) 
     for wrong in ("occupancy", ("voxels",)):
         with pytest.raises(SchemaError, match="expected some of scene, poses"):
             loaded.where(annotated=wrong)
+
+
+def test_what_has_no_truth_is_left_out_aloud(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data, pred, out = tmp_path / "data", tmp_path / "pred", tmp_path / "r.json"
+    own = capture(scene_of(labels_of(ROOM, tmp_path), "r"))
+    add_captures(data, [own, *(replace(own, episode_id=f"day-{k}") for k in range(2, 12))])
+    metadata = Metadata(SPEC.name, SPEC.version, "nothing", SPEC.tracks[0], causal=True)
+    write_submission(pred, SPEC, metadata, ((e.episode_id, SPEC.dummy(e)) for e in load(data)))
+    scoring = ["score", str(pred), "--task", SPEC.name, "--data", str(data), "--out", str(out)]
+    assert run([*scoring, "--annotated-only"]) == 2
+    assert "has no episode with truth for task scene-completion" in capsys.readouterr().err
+    assert run(["annotate", "boxes", str(tmp_path / "boxes.json"), "--data", str(data), "--episode", "day-2"]) == 0
+    assert run(scoring) == 2
+    assert "episode day-1 has no truth for task scene-completion" in capsys.readouterr().err
+    assert run([*scoring, "--annotated-only"]) == 0
+    said = capsys.readouterr()
+    assert "1 episodes of 1 scenes scored, 0 missing" in said.out
+    names = "day-1, day-10, day-11, day-3, day-4, day-5, day-6, day-7, ..."
+    assert f"note: 10 of 11 episodes have no truth for scene-completion and are left out: {names}\n" in said.err
+    report = json.loads(out.read_text())
+    assert report["split"] == "all, annotated"
+    assert [row["episode_id"] for row in report["episodes"]] == ["day-2"]
+    annotated = load(data, truth=True).where(annotated=("occupancy",))
+    assert (
+        score(SPEC.name, pred, load(data), annotated_only=True).metrics
+        == score(SPEC.name, with_only(pred, tmp_path / "one", "day-2"), annotated).metrics
+    )
+
+
+def with_only(pred: Path, to: Path, episode_id: str) -> Path:
+    """A submission with the answer to one episode alone."""
+    shutil.copytree(pred, to)
+    for file in (to / "predictions").iterdir():
+        if file.stem != episode_id:
+            file.unlink()
+    return to
 
 
 def test_generated_data_keep_their_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

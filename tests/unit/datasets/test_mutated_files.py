@@ -16,6 +16,7 @@ from scipy.io import savemat
 
 from hsbench.datasets.importers.kinect_csv import read_kinect_csv
 from hsbench.datasets.importers.mat5 import read_mat5
+from hsbench.datasets.importers.mat73 import read_mat73
 from hsbench.datasets.importers.scene_gltf import read_gltf
 from hsbench.datasets.importers.scene_labels import read_labels
 from hsbench.datasets.importers.scene_obj import read_obj
@@ -23,7 +24,7 @@ from hsbench.datasets.importers.scene_placement import read_source
 from hsbench.datasets.importers.sscnet import read_depth_png, read_volume
 from tests.unit.datasets import test_kinect_csv, test_sscnet
 from tests.unit.datasets.mutations import attempt, check_message, mutated, refused_or_read
-from tests.unit.datasets.scene_files import ROOM_LABELS, glb, gltf, obj, room_nodes, sheet
+from tests.unit.datasets.scene_files import ROOM_LABELS, glb, gltf, habitat, obj, room_nodes, sheet
 
 Read = Callable[[Path], Any]
 
@@ -35,6 +36,25 @@ def mat(path: Path) -> None:
     buffer = io.BytesIO()
     savemat(buffer, content)
     path.write_bytes(buffer.getvalue())
+
+
+def mat73(path: Path) -> None:
+    pytest.importorskip("h5py", reason="the extra import is not installed")
+    from tests.unit.datasets.test_nyucad import write73
+
+    write73(path)
+
+
+def habitat_scene(path: Path) -> None:
+    turned = {"rotation": [0.6, 0.0, 0.8, 0.0], "translation_origin": "asset_local"}
+    chair = {"template_name": "chair", "translation": [1.0, 0.45, -1.0], "uniform_scale": 1.2}
+    big = {"template_name": "objects/big", "non_uniform_scale": [1.0, 0.5, 1.0], **turned}
+    habitat(path.parent, [chair, big], COM=[0.4, 0.0, -0.5], units_to_meters=0.9)
+
+
+def through_the_scene(path: Path) -> Any:
+    """Read the scene that refers to a configuration."""
+    return read_source(path.parent / "flat.scene_instance.json", path.parent)
 
 
 def model_list(path: Path) -> None:
@@ -66,7 +86,11 @@ READERS: dict[str, tuple[str, Read, Callable[[Path], object]]] = {
         lambda p: p.write_text(json.dumps({"labels": [{"node": "Chair", "category": "chair", "movable": True}]})),
     ),
     "list of models": ("scene.json", rooted(read_source), model_list),
+    "Habitat scene": ("flat.scene_instance.json", rooted(read_source), habitat_scene),
+    "Habitat stage": ("stage.stage_config.json", rooted(read_source), habitat_scene),
+    "Habitat object": ("big.object_config.json", through_the_scene, habitat_scene),
     "MATLAB 5": ("a.mat", read_mat5, mat),
+    "MATLAB 7.3": ("a.mat", lambda path: read_mat73(path, "model"), mat73),
 }
 
 WRONG: dict[str, Callable[[bytes], bytes]] = {

@@ -37,6 +37,7 @@ from tests.unit.datasets.scene_files import (
     WARDROBE,
     WIDTH,
     gltf,
+    habitat,
     node,
     obj,
     room_nodes,
@@ -422,21 +423,6 @@ def test_a_list_of_models_places_each(parts_folder: Path) -> None:
 def test_a_wrong_list_of_models_names_the_entry(parts_folder: Path, entry: dict, message: str) -> None:
     with pytest.raises(DataError, match=message):
         import_scene(models(parts_folder, entry), LabelTable({}), "s", default="object")
-
-
-def habitat(folder: Path, instances: list[dict[str, Any]], **more: Any) -> Path:
-    """A stage with z up whose floor lies in its xy plane, a chair and a configuration of it, and a scene of them."""
-    write_gltf(folder / "stage.gltf", gltf(node("Floor", FLOOR), node("Walls", WALLS)))
-    (folder / "stage.stage_config.json").write_text(
-        json.dumps({"render_asset": "stage.gltf", "up": [0, 0, 1], "front": [0, 1, 0]})
-    )
-    write_gltf(folder / "chair.gltf", gltf(node("Cube", y_up(of(span((0, 0, 0), (0.4, 0.5, 0.9)))))))
-    (folder / "big.object_config.json").write_text(
-        json.dumps({"render_asset": "chair.gltf", "scale": [2, 2, 2], **more})
-    )
-    path = folder / "flat.scene_instance.json"
-    path.write_text(json.dumps({"stage_instance": {"template_name": "stages/stage"}, "object_instances": instances}))
-    return path
 
 
 def test_a_habitat_scene(tmp_path: Path) -> None:

@@ -138,6 +138,25 @@ def test_counts_and_tables_agree_with_plain_loops() -> None:
             assert close(metrics[name].value, found / present if present else None), name
 
 
+def size_of(box: tuple[float, ...]) -> str:
+    longest_m = max(box[3:6])
+    return "small" if longest_m < 0.6 else "medium" if longest_m < 1.2 else "large"
+
+
+def test_recall_by_size_agrees_with_plain_loops() -> None:
+    metrics = report(EPISODES, GUESSES).metrics
+    by_size = [
+        ([dataclasses.replace(there, cell=(size_of(there.box), "")) for there in truths], found)
+        for truths, found in as_loops()
+    ]
+    for prefix, least in (("", 0.0), ("operating/", float(np.float32(0.4)))):
+        table = loops.recall_table(by_size, 0.25, least)
+        for name in ("small", "medium", "large"):
+            found, present = table.get((name, ""), (0, 0))
+            assert close(metrics[f"{prefix}recall/size/{name}"].value, found / present if present else None), name
+    assert {size for size, _ in loops.recall_table(by_size, 0.25)} == {"small", "medium", "large"}
+
+
 def test_truth_as_prediction_is_perfect_in_every_metric() -> None:
     """Enlarged boxes are not, and a second box on each truth costs precision."""
     same = {e: Boxes.of(t.boxes, np.ones(len(t.boxes)), t.labels) for e, _, t in EPISODES}

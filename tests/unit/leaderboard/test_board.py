@@ -11,9 +11,10 @@ import pytest
 
 from hsbench.errors import DataError, SchemaError
 from hsbench.evaluation.report import MetricValue, Primary, Report
-from hsbench.leaderboard import Entry, html_page, markdown, rank, read_entries, read_entry, write_entry
+from hsbench.leaderboard import COLUMNS, Entry, markdown, rank, read_entries, read_entry, write_entry
 from hsbench.leaderboard.ranking import Table
-from tests.unit.evaluation.reports import METHOD, report
+from hsbench.viz.board_page import board_page
+from tests.unit.evaluation.reports import METHOD, SPEC, report
 
 REPORT = report(0.2)
 
@@ -127,7 +128,7 @@ def test_pages_escape_everything_and_need_no_network() -> None:
     for link, shown in (("javascript:alert(1)", False), ('https://example.org/a?b=1&c="2', True)):
         method = dataclasses.replace(METHOD, paper=link)
         tables = rank([entry("guess", report(0.2, method=method), authors=(nasty,))])
-        page = html_page(tables, "Board <1>")
+        page = board_page(tables, dataclasses.replace(SPEC, title="Board <1>"), COLUMNS)
         assert "<script" not in page
         assert "&lt;script&gt;" in page
         assert "Board &lt;1&gt;" in page
@@ -142,4 +143,4 @@ def test_pages_escape_everything_and_need_no_network() -> None:
 
 def test_an_empty_board_says_so() -> None:
     assert markdown([]) == "No entries yet.\n"
-    assert "No entries yet" in html_page([], "Board")
+    assert "No entries yet" in board_page([], SPEC, COLUMNS)

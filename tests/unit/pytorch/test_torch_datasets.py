@@ -10,16 +10,14 @@ import pytest
 
 from hsbench import load
 from hsbench.errors import DataError, SchemaError
+from hsbench.metrics.multilabel import planes
+from hsbench.schema.states import Affordance
 
 torch = pytest.importorskip("torch", reason="the extra torch is not installed")
 
 from torch.utils.data import DataLoader  # noqa: E402
 
-from hsbench.torch import ClipDataset, EpisodeDataset, FrameDataset, Sample, collate, mirrored  # noqa: E402
-
-
-def sometimes_mirrored(sample: Sample, rng: np.random.Generator) -> Sample:
-    return mirrored(sample) if rng.random() < 0.5 else sample
+from hsbench.torch import ClipDataset, EpisodeDataset, FrameDataset, Sometimes, collate, label_planes, mirrored  # noqa: E402
 
 
 def test_frames_are_those_of_the_loader(rgbd: Path) -> None:
@@ -64,8 +62,27 @@ def test_fields_that_are_chosen(rgbd: Path) -> None:
 
 def test_without_truth_there_is_none(rgbd: Path) -> None:
     for item in (FrameDataset(load(rgbd))[0], EpisodeDataset(load(rgbd))[0], ClipDataset(load(rgbd), 2)[0]):
-        hidden = {"instance", "semantic", "boxes", "box_class", "box_visibility", "affordance", "solid"}
+        hidden = {"instance", "semantic", "boxes", "box_class", "box_visibility", "affordance", "affordance_ignored"}
+        hidden |= {"solid", "voxel_state", "solid_ignored"}
         assert not hidden & item.keys()
+
+
+def test_space_and_what_of_it_counts(rgbd: Path) -> None:
+    item, truth = EpisodeDataset(load(rgbd, truth=True))[0], load(rgbd, truth=True)[0].truth
+    assert np.array_equal(item["solid"].numpy(), truth.occupancy.solid)
+    assert np.array_equal(item["voxel_state"].numpy(), truth.occupancy.state)
+    assert np.array_equal(item["solid_ignored"].numpy(), truth.occupancy.ignored)
+    assert np.array_equal(item["affordance"].numpy(), truth.affordance.labels)
+    assert np.array_equal(item["affordance_ignored"].numpy(), truth.affordance.ignored)
+
+
+def test_a_bit_field_becomes_a_plane_a_label() -> None:
+    bits = torch.arange(128, dtype=torch.uint8).reshape(2, 8, 8)
+    for labels in ((0, 1, 2), (6,), tuple(Affordance)):
+        found = label_planes(bits, labels)
+        assert found.dtype == torch.bool
+        for number in range(2):
+            assert np.array_equal(found[number].numpy(), planes(bits[number].numpy(), labels))
 
 
 def test_clips(rgbd: Path) -> None:
@@ -102,7 +119,7 @@ def test_batches_are_padded_and_masked(rgbd: Path) -> None:
 
 @pytest.mark.slow
 def test_augmentation_does_not_depend_on_workers(rgbd: Path) -> None:
-    frames = FrameDataset(load(rgbd), transform=sometimes_mirrored)
+    frames = FrameDataset(load(rgbd), transform=Sometimes(mirrored))
 
     def epoch(workers: int, seed: int) -> list[int]:
         generator = torch.Generator().manual_seed(seed)
@@ -117,7 +134,7 @@ def test_augmentation_does_not_depend_on_workers(rgbd: Path) -> None:
 
 
 def test_augmentation_follows_torch_s_seed_in_process(rgbd: Path) -> None:
-    frames = FrameDataset(load(rgbd), transform=sometimes_mirrored)
+    frames = FrameDataset(load(rgbd), transform=Sometimes(mirrored))
 
     def drawn(seed: int) -> list[bool]:
         torch.manual_seed(seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -18,8 +19,9 @@ from hsbench.schema.skeletons import SKELETONS
 
 pytest.importorskip("torch", reason="the extra torch is not installed")
 
-from hsbench.torch import Sample, cropped, mirrored, turned
+from hsbench.torch import Sample, Sometimes, cropped, mirrored, turned
 
+VOXELS = ("solid", "voxel_state", "solid_ignored")
 CAMERAS = {"pinhole": PinholeCamera(40, 30, 31.0, 29.0, 17.5, 16.0), "360": EquirectangularCamera(64, 32)}
 SKELETON = SKELETONS["coco-18"]
 
@@ -58,7 +60,10 @@ def made(kind: str, seed: int = 0) -> Sample:
         box_class=np.arange(4, dtype=np.uint8),
         box_visibility=np.arange(4, dtype=np.uint8) % 4,
         affordance=rng.integers(0, 8, (8, 8)).astype(np.uint8),
+        affordance_ignored=rng.uniform(size=(8, 8)) < 0.4,
         solid=rng.uniform(size=(6, 4, 3)) < 0.4,
+        voxel_state=rng.integers(0, 4, (6, 4, 3)).astype(np.uint8),
+        solid_ignored=rng.uniform(size=(6, 4, 3)) < 0.4,
         grid=VoxelGrid((0.0, -0.3, 0.0), (6, 4, 3), 0.1),
     )  # fmt: skip
 
@@ -110,7 +115,9 @@ def test_a_mirror_exchanges_left_and_right_of_everything(kind: str) -> None:
         np.testing.assert_allclose(sorted_rows(a), sorted_rows(b), atol=1e-5)
     assert np.array_equal(flipped.affordance, np.fliplr(sample.affordance))
     assert flipped.grid.origin_m == pytest.approx((0.0, -0.1, 0.0))
-    assert flipped.solid[2, 0, 1] == sample.solid[2, 3, 1]
+    assert np.array_equal(flipped.affordance_ignored, np.fliplr(sample.affordance_ignored))
+    for name in VOXELS:
+        assert np.array_equal(getattr(flipped, name), getattr(sample, name)[:, ::-1]), name
     assert_same(mirrored(flipped), sample)
 
 
@@ -142,12 +149,15 @@ def test_maps_and_voxels_turn_with_the_camera(quarters: int) -> None:
         for column in range(8):
             x, y = 3.5 - row, 3.5 - column
             there = c * x + s * y, -s * x + c * y
-            assert new.affordance[int(3.5 - there[0]), int(3.5 - there[1])] == sample.affordance[row, column]
+            cell = int(3.5 - there[0]), int(3.5 - there[1])
+            assert new.affordance[cell] == sample.affordance[row, column]
+            assert new.affordance_ignored[cell] == sample.affordance_ignored[row, column]
     centres = sample.grid.centres()
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     index, inside = new.grid.index((centres @ turn.T).reshape(-1, 3))
     assert inside.all()
-    assert np.array_equal(new.solid[tuple(index.T)], sample.solid.reshape(-1))
+    for name in VOXELS:
+        assert np.array_equal(getattr(new, name)[tuple(index.T)], getattr(sample, name).reshape(-1)), name
 
 
 @given(st.integers(0, 20), st.integers(0, 30), st.integers(1, 10), st.integers(1, 10))
@@ -158,6 +168,21 @@ def test_a_crop_is_another_camera_in_the_same_place(row: int, column: int, heigh
     np.testing.assert_allclose(points(new), points(sample)[row : row + height, column : column + width], atol=1e-6)
     assert np.array_equal(new.rgb, sample.rgb[:, row : row + height, column : column + width])
     assert new.boxes is sample.boxes
+
+
+def test_sometimes_is_a_share_and_follows_its_generator() -> None:
+    sample = made("pinhole")
+    change = pickle.loads(pickle.dumps(Sometimes(mirrored, 0.25)))  # as a worker gets it
+
+    def drawn(seed: int) -> list[bool]:
+        rng = np.random.default_rng(seed)
+        return [change(sample, rng) is not sample for _ in range(400)]
+
+    assert 70 < sum(drawn(0)) < 130
+    assert drawn(0) == drawn(0)
+    assert drawn(0) != drawn(1)
+    assert Sometimes(mirrored, 0.0)(sample, np.random.default_rng(0)) is sample
+    assert_same(Sometimes(mirrored, 1.0)(sample, np.random.default_rng(0)), mirrored(sample))
 
 
 def test_what_cannot_be_is_an_error() -> None:
