@@ -85,9 +85,8 @@ def test_one_writer_at_a_time(tmp_path: Path) -> None:
     assert not (tmp_path / LOCK_FILE).exists()
 
 
-def _start(out: Path) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "hsbench.cli.main", "generate", "rgbd-activity", "--size", "full"]
-    command += ["--frames", "reference", "--renderer", "raycast", "--workers", "2", "--out", str(out)]
+def _start(words: list[str]) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "hsbench.cli.main", *words, "--workers", "2"]
     return subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True)
 
 
@@ -108,9 +107,13 @@ def _processes_of(session: int) -> list[str]:
 @pytest.mark.parametrize(
     "how", [signal.SIGINT, *(pytest.param(how, marks=pytest.mark.slow) for how in (signal.SIGTERM, signal.SIGKILL))]
 )
-def test_a_stopped_run_leaves_no_worker_and_goes_on_later(tmp_path: Path, how: signal.Signals) -> None:
+def test_a_stopped_run_leaves_no_worker_and_goes_on_later(
+    short_recipe: Path, tmp_path: Path, how: signal.Signals
+) -> None:
     out = tmp_path / "data"
-    process = _start(out)
+    words = ["generate", str(short_recipe), "--size", "full", "--frames", "reference", "--renderer", "raycast"]
+    words += ["--out", str(out)]
+    process = _start(words)
     _wait_for_units(out, 1)
     os.kill(process.pid, how)
     process.communicate(timeout=60)
@@ -120,7 +123,6 @@ def test_a_stopped_run_leaves_no_worker_and_goes_on_later(tmp_path: Path, how: s
         assert time.monotonic() < deadline, "workers outlive their parent"
         time.sleep(0.1)
     made = {p.name for p in (out / "episodes").glob("rgbd-*")}
-    arguments = ["generate", "rgbd-activity", "--size", "full", "--frames", "reference", "--renderer", "raycast"]
-    assert run([*arguments, "--episodes", f":{len(made) + 2}", "--out", str(out)]) == 0
+    assert run([*words, "--episodes", f":{len(made) + 2}"]) == 0
     assert not list((out / "episodes").glob(".*.part"))
     assert json.loads((out / "manifest.json").read_text())

@@ -16,6 +16,7 @@ import pytest
 
 import hsbench
 from hsbench import load
+from hsbench.cli.main import run
 from hsbench.datasets.verify import verify_episode, verify_files
 from hsbench.errors import DataError, HsbenchError, SchemaError
 from hsbench.io.scene_folder import read_scene
@@ -122,7 +123,7 @@ def build(config, unit):
 
 
 def test_a_kill_costs_the_unit_under_way_and_no_byte_differs_afterwards(
-    rgbd: Path, short_recipe: Path, tmp_path: Path
+    rgbd: Path, short_recipe: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """SIGKILL in the middle of the second unit's table of patches, then the same command again."""
     recipe = tmp_path / "recipe" / "rgbd-activity"
@@ -130,11 +131,9 @@ def test_a_kill_costs_the_unit_under_way_and_no_byte_differs_afterwards(
     code = recipe / "rgbd-activity.py"
     code.write_text(code.read_text().replace("def build(", "def _build(") + KILLER)
     out = tmp_path / "out"
-    command = [
-        sys.executable, "-m", "hsbench.cli.main", "generate", str(recipe), "--split", "train", "--renderer", "raycast",
-        "--out", str(out),
-    ]  # fmt: skip
+    words = ["generate", str(recipe), "--split", "train", "--renderer", "raycast", "--out", str(out)]
     first, second = (f"rgbd-activity-{number:06d}" for number, _ in UNITS[:2])
+    command = [sys.executable, "-m", "hsbench.cli.main", *words]
     killed = subprocess.run(command, cwd=ROOT, env={**os.environ, "KILL_AT_SCENE": str(UNITS[1][0])}, check=False)
     assert killed.returncode == -signal.SIGKILL
     left = sorted(p.name for p in (out / "episodes").iterdir())
@@ -147,8 +146,8 @@ def test_a_kill_costs_the_unit_under_way_and_no_byte_differs_afterwards(
     assert not (begun / "manifest.json").exists()
     with pytest.raises(DataError, match="was its generation stopped"):
         load(out)
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    assert "2 scenes (1 episodes made now)" in done.stdout
+    assert run(words) == 0
+    assert "2 scenes (1 episodes made now)" in capsys.readouterr().out
     assert verify_files(out) == []
     assert unit_manifests(out) == {n: m for n, m in unit_manifests(rgbd).items() if n in (first, second)}
     unbroken = make(recipe, tmp_path / "unbroken", UNITS[:2])

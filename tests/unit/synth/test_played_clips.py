@@ -59,14 +59,17 @@ def test_the_clip_is_played_on_the_persons_own_body_at_the_lifes_rate(life: Life
     played = [k for k, name in enumerate(life.events.activity) if name == "play_clip"]
     assert played
     assert life.poses.joints_m is not None
+    compared = 0
     for k in played:
         rows = rows_of(life, k)
         body = life.bodies[int(life.events.person_id[k]) - 1]
         expected = on_body(body, clip().joints)[::2]  # 60 frames a second to 30
-        inner = slice(20, min(len(rows), len(expected)) - 20)
+        inner = slice(20, max(min(len(rows), len(expected)) - 20, 20))  # none where the life ends in the first steps
+        compared += inner.stop - inner.start
         assert abs(len(rows) - len(expected)) <= 1 or rows[-1] == len(life.poses) - 1
-        assert np.abs(apart(life.poses.joints_m[rows][inner]) - apart(expected[inner])).max() < 2e-3
+        assert np.abs(apart(life.poses.joints_m[rows][inner]) - apart(expected[inner])).max(initial=0.0) < 2e-3
         assert set(life.action[rows]) == {Action.STAND}
+    assert compared > len(clip().joints) / 2
 
 
 def test_nobody_jumps_into_or_out_of_a_clip(life: Life) -> None:

@@ -13,6 +13,7 @@ from hsbench.synth.render import Lighting, Mesh, open_renderer
 from hsbench.synth.render.raster import rasterise
 
 RADIUS_M, REPROJECTION_PX = 0.03, 0.5
+APART_PX = 50  # so that no sphere hides another
 SENSORS = {
     "rgbd": Sensor("rgbd", PinholeCamera(640, 480, 452.0, 452.0, 320.0, 240.0), 1.7, 0.3, 0.05),
     "monocular": Sensor("monocular", BrownCamera(640, 480, 380.0, 385.0, 318.0, 245.0, -0.2, 0.04, 0.001), 2.2, 0.4),
@@ -22,7 +23,7 @@ SENSORS = {
 
 
 def places(camera: Camera, pose: np.ndarray, count: int = 40) -> np.ndarray:
-    """(count, 3) points 1.5 to 4 m from the camera whose spheres lie whole in the picture."""
+    """(count, 3) points 1.5 to 5 m from the camera whose spheres lie whole in the picture and apart from each other."""
     rng = np.random.default_rng(3)
     points = apply(pose, rng.normal(size=(4000, 3)) * rng.uniform(0.5, 2.0, (4000, 1)))
     if isinstance(camera, TopDownCamera):
@@ -31,7 +32,11 @@ def places(camera: Camera, pose: np.ndarray, count: int = 40) -> np.ndarray:
     away = np.linalg.norm(points - pose[:3, 3], axis=1)
     u, v = pixels.T
     whole = (u > 20) & (u < camera.width_px - 20) & (v > 20) & (v < camera.height_px - 20)
-    return points[whole & (away > 1.5) & (away < 5.0)][:count]
+    chosen: list[int] = []
+    for k in np.flatnonzero(whole & (away > 1.5) & (away < 5.0)):
+        if all(np.linalg.norm(pixels[chosen] - pixels[k], axis=1) > APART_PX):
+            chosen.append(k)
+    return points[chosen[:count]]
 
 
 @pytest.mark.parametrize("drawn_by", ["raycast", "raster"])
@@ -45,10 +50,10 @@ def test_a_small_sphere_is_drawn_about_its_projection(kind: str, drawn_by: str) 
     points = places(camera, pose)
     assert len(points) >= 30
     draw = open_renderer("raycast").render if drawn_by == "raycast" else rasterise
-    for point in points:
-        mesh = Mesh(7, np.asarray(ball.vertices) + point, triangles, colours)
-        view = draw([mesh], camera, pose, Lighting(1.0), None)
-        row, column = np.nonzero(view.ids == 7)
+    meshes = [Mesh(k, np.asarray(ball.vertices) + point, triangles, colours) for k, point in enumerate(points, 1)]
+    ids = draw(meshes, camera, pose, Lighting(1.0), None).ids
+    for mesh, point in zip(meshes, points, strict=True):
+        row, column = np.nonzero(ids == mesh.mesh_id)
         assert len(row) > 10
         expected, _ = camera.project(apply(invert(pose), point))
         if kind == "equirectangular":  # towards the poles columns are narrow: look across from the sphere's own azimuth

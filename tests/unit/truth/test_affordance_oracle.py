@@ -103,7 +103,7 @@ def test_the_limits_of_reach():
     scene = limits_of_reach()
     found = afford(scene)
     walk, places = places_of(scene, *plan_of(scene), LITERAL)
-    ids, parts, points, mine = reached(scene, walk, places, 40, np.random.default_rng(0))
+    ids, parts, points, mine = reached(scene, walk, places, 20, np.random.default_rng(0))
     assert set(ids[mine]) == set(REACH_YES)
     theirs = found.reaches(points, ids, parts)
     assert set(ids[theirs]) == set(REACH_YES)

@@ -158,7 +158,7 @@ def test_truth_of_a_view_is_checked() -> None:
 
 def test_a_panorama_shows_what_a_picture_from_the_same_place_shows() -> None:
     """Each pixel of the picture against the pixel of the panorama that its ray goes through, but at edges."""
-    around = EquirectangularCamera(2048, 1024)
+    around = EquirectangularCamera(1024, 512)
     found, void = labels()
     panorama, panorama_void = labelled_view(afford(ROOM), around, planar(*POSE[:2, 3], 0.0, POSE[2, 3]) @ LEVEL)
     directions = (CAMERA.rays() @ POSE[:3, :3].T) @ LEVEL[:3, :3]
