@@ -258,6 +258,21 @@ def box_hits(shapes: Shapes, which: IntArray, box: Box) -> bool:
 
 
 @numba.njit(cache=True)
+def over_each_other(shapes: Shapes, stop: int, box: Box) -> IntArray:
+    """Those of the first shapes whose bounds, seen from above, meet those of an upright box: no other can hit it."""
+    x = np.array([a * box.x - b * box.y for a in box.ahead for b in box.left])
+    y = np.array([a * box.y + b * box.x for a in box.ahead for b in box.left])
+    low_x, high_x, low_y, high_y = x.min(), x.max(), y.min(), y.max()
+    found, count = np.empty(stop, dtype=np.int64), 0
+    for k in range(stop):
+        low, high = shapes.bounds[k, 0], shapes.bounds[k, 1]
+        if low[0] <= high_x and high[0] >= low_x and low[1] <= high_y and high[1] >= low_y:
+            found[count] = k
+            count += 1
+    return found[:count]
+
+
+@numba.njit(cache=True)
 def is_within(shapes: Shapes, which: IntArray, box: Box) -> bool:
     """Whether the middle of an upright box lies in the closed pieces whose triangles are among the shapes ``which``.
 

@@ -27,7 +27,18 @@ import numpy as np
 from hsbench.geometry.transforms import planar
 from hsbench.geometry.triangle_rays import TriangleTree, is_cut
 from hsbench.schema.scene import Scene, SceneObject
-from hsbench.truth.obstacles import TOUCH_M, Box, Obstacles, Shapes, box_hits, cuts, hit_pairs, is_within, moved
+from hsbench.truth.obstacles import (
+    TOUCH_M,
+    Box,
+    Obstacles,
+    Shapes,
+    box_hits,
+    cuts,
+    hit_pairs,
+    is_within,
+    moved,
+    over_each_other,
+)
 from hsbench.truth.tops import PATCH_M as PATCH_M
 from hsbench.truth.tops import SLACK_M, THIGH_M, Surface, places, surfaces
 from hsbench.truth.walkable import STEP_M, WalkMap, blocked, blocked_by_body
@@ -249,8 +260,9 @@ def _is_usable(
     knee = max(edge, fore)
     if knee > fore + THIGH_M + SLACK_M:  # no thigh is that long
         return False
-    everything = np.arange(stops[2])
-    above = everything[: stops[1]]
+    farthest = fore + THIGH_M + SLACK_M + LEGS_M
+    everything = over_each_other(shapes, stops[2], Box(x, y, (ahead - half, farthest), across, (0.0, 0.0)))
+    above = everything[: np.searchsorted(everything, stops[1])]
     torso = Box(x, y, (ahead - half, fore), across, (height, height + HEAD_ROOM_M))
     if box_hits(shapes, above, torso) or is_within(shapes, everything, torso):
         return False
