@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
+import numba
 import numpy as np
 
 from hsbench.geometry.convex import ConvexSolid
@@ -14,7 +15,7 @@ from hsbench.geometry.numerics import quantise_angle, quantise_m
 from hsbench.geometry.transforms import cos_sin, planar
 from hsbench.schema.scene import Part
 from hsbench.synth.furniture import WALL_HUNG
-from hsbench.synth.furniture.shapes import quantised
+from hsbench.synth.furniture.shapes import QUANTA_PER_M, quantised
 from hsbench.synth.rooms.clearance import CLEAR_FRONT_M, CLEAR_SIDE_M, OPENING_ROLES, SITTING_M, SITTING_ROLES
 from hsbench.synth.rooms.config import RoomConfig
 from hsbench.truth.walkable import HEAD_ROOM_M, STEP_M, Shadows, shadows
@@ -198,9 +199,7 @@ class Item:
 
     def rectangle(self, x0: float, y0: float, x1: float, y1: float) -> FloatArray:
         """(4, 2) a rectangle of the object frame in the room, counter-clockwise, quantised."""
-        (c, s), px, py = self.pose.direction, self.pose.x, self.pose.y
-        ends = ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
-        return np.array([(quantised(px + c * x - s * y), quantised(py + s * x + c * y)) for x, y in ends])
+        return _quad(*self.pose.direction, self.pose.x, self.pose.y, x0, y0, x1, y1)
 
     def middles(self, roles: Iterable[str]) -> FloatArray:
         """(n, 2) middles of the parts with one of the roles, in the room."""
@@ -223,3 +222,13 @@ class Item:
             sides = np.array([[x, y0 + s * (y1 - y0)] for x in (x0, x1) for s in BEDSIDE_SHARES])
             found.append((quantise_m(self.pose.plane(sides)), config.bedside_m))
         return found
+
+
+@numba.njit(cache=True)
+def _quad(c: float, s: float, x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> FloatArray:
+    """(4, 2) corners of a rectangle turned by a cosine and sine and put to (x, y), counter-clockwise, quantised."""
+    corners = np.empty((4, 2))
+    for k, (u, v) in enumerate(((x0, y0), (x1, y0), (x1, y1), (x0, y1))):
+        corners[k, 0] = np.rint((x + c * u - s * v) * QUANTA_PER_M) / QUANTA_PER_M + 0.0
+        corners[k, 1] = np.rint((y + s * u + c * v) * QUANTA_PER_M) / QUANTA_PER_M + 0.0
+    return corners
