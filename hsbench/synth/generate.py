@@ -142,9 +142,10 @@ def _choose_renderer(job: Job, out: Path) -> RendererName:
 
 def _made(job: Job, units: Sequence[tuple[int, str]], out: Path, executor: Executor) -> Generator[Made, None, None]:
     """What became of each unit, in any order. Raises PlaceError."""
-    if Path(job.recipe).is_dir():
-        job = replace(job, recipe=str(Path(job.recipe).resolve()))  # a worker elsewhere has another working folder
-    make = partial(make_unit, job, out=out.resolve(), sha256=find_recipe(job.recipe).sha256)
+    recipe = find_recipe(job.recipe)
+    if not recipe.is_bundled:
+        job = replace(job, recipe=str(recipe.folder))  # a worker elsewhere has another working folder
+    make = partial(make_unit, job, out=out.resolve(), sha256=recipe.sha256)
     with closing(executor.outcomes(make, units)) as outcomes:
         for unit, outcome in outcomes:
             if isinstance(outcome, PlaceError):

@@ -95,6 +95,11 @@ class Recipe:
     imported: str | None = None
 
     @property
+    def is_bundled(self) -> bool:
+        """Whether it comes with hsbench: wherever that is installed, its name finds it."""
+        return self.folder.parent == resource("generators").resolve()
+
+    @property
     def splits(self) -> Splits:
         """``splits.json`` of the folder, else the bundled splits of that name. Raises DataError if there are none."""
         own = self.folder / SPLITS_FILE

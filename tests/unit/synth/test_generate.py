@@ -255,6 +255,14 @@ def test_a_recipe_is_found_by_name_or_by_path(short_recipe: Path, tmp_path: Path
         find_recipe("my-romms")
 
 
+def test_a_data_set_may_have_the_name_of_its_recipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    job = Job("activity-maps", 0, ((0, "train"),), "none", "raycast")
+    made = list(generate(job, Path("activity-maps")))
+    assert made
+    assert verify_files(Path("activity-maps")) == []
+
+
 def test_the_hash_is_that_of_code_and_settings(write_recipe: WriteRecipe, tmp_path: Path) -> None:
     hashes = set()
     for k, text in enumerate(("", "# a remark\n")):
