@@ -150,10 +150,10 @@ def view_faults(episodes: Sequence[Episode]) -> Iterator[str]:
 def joints_apart_px(a: Episode, b: Episode) -> float | None:
     """How far in the picture of b two places of a joint lie at most: its own, and that of a, moved; None: no joint.
 
-    Of true joints at times of both. Columns of a 360 picture are counted around it.
+    Of true joints at times of both, where both show one life. Columns of a 360 picture are counted around it.
     """
     one, other = _joints(a), _joints(b)
-    moved = None if one is None or other is None else _scenes(a, b)
+    moved = None if one is None or other is None or not _show_one_life(a, b) else _scenes(a, b)
     if one is None or other is None or moved is None:
         return None
     theirs = {key: row for row, key in enumerate(zip(*other[:2], strict=True))}
@@ -181,6 +181,15 @@ def _joints(episode: Episode) -> tuple[list[int], list[int], FloatArray] | None:
     poses = truth.poses.poses
     assert poses.joints_m is not None
     return poses.timestamp_ns.tolist(), poses.track_id.tolist(), poses.joints_m.astype(np.float64)
+
+
+def _show_one_life(a: Episode, b: Episode) -> bool:
+    """Whether two event logs are one, as far as can be told: rooms are lived in more than once (recipe ``pairs``)."""
+    one, other = (None if episode.truth is None else episode.truth.events for episode in (a, b))
+    if one is None or other is None:
+        return True
+    columns = ("person_id", "activity", "start_ns")
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in columns)
 
 
 def _scenes(a: Episode, b: Episode) -> FloatArray | None:

@@ -168,11 +168,11 @@ class Cluster:
         ``distributed``.
         """
         try:
-            from distributed.utils import LoopRunner
+            from distributed import utils
         except ImportError as error:
             raise MissingExtraError("--dask", "distributed", "cluster") from error
         try:
-            threads = LoopRunner().run_sync(_threads, self.address)
+            threads = utils.LoopRunner().run_sync(_threads, self.address)
         # What else may answer, such as the dashboard, is read as if it were a scheduler: anything may be raised.
         except Exception as error:
             raise DataError(f"no Dask scheduler answers at {self.address} (is it tcp://HOST:8786?)") from error

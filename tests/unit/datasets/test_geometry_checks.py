@@ -140,6 +140,15 @@ def test_joints_told_by_two_sensors_project_to_one_place(episode: Episode) -> No
     assert joints_apart_px(episode, never) is None
 
 
+def test_another_life_in_the_room_is_not_compared(episode: Episode) -> None:
+    events = episode.truth.events
+    aside = with_truth(turned(episode), poses=episode.truth.poses)
+    assert joints_apart_px(episode, aside) > 0.5
+    other = with_truth(aside, events=replace(events, start_ns=events.start_ns + 1))
+    assert joints_apart_px(episode, other) is None
+    assert not any("joint" in fault for fault in view_faults([episode, other]))
+
+
 def test_nothing_to_compare(rgbd: Path, episode: Episode) -> None:
     assert list(geometry_faults(load(rgbd)[0])) == []
     assert agreement(episode, load(rgbd)[0]) is None
