@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import pickle
+import secrets
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -63,7 +63,7 @@ def predict(
 def _answers(method: Method, settings: Settings, workers: int) -> Generator[Any, None, None]:
     """The answers of a method to the episodes, in order."""
     if workers > 1:
-        job = pickle.dumps((method.name, method.task, settings))
+        job = _Job(method.name, method.task, secrets.token_hex(), settings)
         return in_order(
             Processes(workers, recycled_after=len(settings.data)), partial(_answer, job), settings.data.episode_ids
         )
@@ -71,13 +71,21 @@ def _answers(method: Method, settings: Settings, workers: int) -> Generator[Any,
     return (answer(episode) for episode in settings.data)
 
 
-def _answer(job: bytes, episode_id: str) -> Any:
-    settings, answer = _prepared(job)
-    return answer(settings.data.episode(episode_id))
+@dataclass(frozen=True)
+class _Job:
+    """A method by name, and what it is prepared with; jobs of one run, told by its token, are equal in any process."""
+
+    method: str
+    task: str
+    run: str
+    settings: Settings = field(compare=False)
+
+
+def _answer(job: _Job, episode_id: str) -> Any:
+    return _prepared(job)(job.settings.data.episode(episode_id))
 
 
 @lru_cache(maxsize=1)
-def _prepared(job: bytes) -> tuple[Settings, Predictor]:
-    """What ``_answers`` was given, and the method prepared: once a process, as fitting takes long."""
-    name, task_name, settings = pickle.loads(job)
-    return settings, find(name, settings.data.name, task_name).prepare(settings)
+def _prepared(job: _Job) -> Predictor:
+    """The method prepared: once a process, as fitting takes long."""
+    return find(job.method, job.settings.data.name, job.task).prepare(job.settings)
