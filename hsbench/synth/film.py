@@ -16,7 +16,7 @@ import numpy as np
 from hsbench.geometry.cameras import TopDownCamera
 from hsbench.geometry.transforms import apply, invert
 from hsbench.io.frame_store import Patch, Picture
-from hsbench.io.images import MM_PER_M, depth_from_mm, depth_to_mm
+from hsbench.io.images import MM_PER_M, depth_from_mm
 from hsbench.schema.motions import ObjectMotions
 from hsbench.schema.poses import PoseTable
 from hsbench.schema.scene import PERSON_ID_OFFSET, Scene
@@ -70,13 +70,7 @@ class Filming:
 
     def background(self) -> Picture:
         """The room at t0 without people."""
-        # Embree is an extra: a generator without pictures runs without.
-        from hsbench.synth.render.background import background_rgb
-
-        camera, pose = self.sensor.camera, self.sensor.world_T_camera
-        view = self.renderer.render(self.room.meshes, camera, pose, self.lights)
-        rgb = background_rgb(self.shown, view.ids, self.renderer, camera, pose)
-        return Picture(rgb, depth_to_mm(view.depth_m), view.ids)
+        return self.room.at_rest
 
     def patch(self, background: Picture, timestamp_ns: int, people: Sequence[Person] | None = None) -> Patch:
         """What people and moved things change of the background at one time; an empty mask when none is in view.

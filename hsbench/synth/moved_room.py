@@ -23,10 +23,12 @@ from hsbench.schema.sensor import Sensor
 from hsbench.synth.crops import corners_of, crop, cut, differs, hull, joined, overlap, window_of
 from hsbench.synth.render import Lighting, Mesh, Renderer, Window
 from hsbench.synth.render.sources import Sources, sources_of
+from hsbench.synth.render.still import Still
 from hsbench.synth.scene_meshes import scene_meshes
 from hsbench.typing import FloatArray, UInt8Array, UInt16Array
 
 SHADE_REACH_M = 0.3  # light that a moved thing changes farther away stays as at t0, but for its shadow in the sun
+FLOOR_M = 0.0  # no shade falls lower than that, or the thing itself
 LEAST_CHANGE = 2  # levels of 255: smaller changes of a surface that did not move are not seen, and cost bytes
 
 Moves = Mapping[Thing, Move]
@@ -72,6 +74,21 @@ class MovedRoom:
             self._last[key] = last
         return self._last[key]
 
+    @property
+    def at_rest(self) -> Picture:
+        """The room at t0."""
+        return self._at_rest[0]
+
+    @cached_property
+    def _at_rest(self) -> tuple[Picture, Still | None]:
+        # Embree is an extra: a generator without pictures runs without.
+        from hsbench.synth.render.background import still_background
+
+        camera, pose = self.sensor.camera, self.sensor.world_T_camera
+        view = self.renderer.render(self.meshes, camera, pose, Lighting(1.0), only="shape")
+        rgb, still = still_background(self.scene, view.ids, self.renderer, camera, pose)
+        return Picture(rgb, depth_to_mm(view.depth_m), view.ids), still
+
     @cached_property
     def meshes(self) -> list[Mesh]:
         """The scene at t0 for a renderer, a mesh an object."""
@@ -91,7 +108,8 @@ class MovedRoom:
             mesh if old is new else mesh.moved(new.vertices)
             for mesh, old, new in zip(self.meshes, self.scene.objects, after.objects, strict=True)
         ]
-        view = self.renderer.render(meshes, self.sensor.camera, self.sensor.world_T_camera, Lighting(1.0), whole)
+        camera, pose = self.sensor.camera, self.sensor.world_T_camera
+        view = self.renderer.render(meshes, camera, pose, Lighting(1.0), whole, only="shape")
         depth_mm, instance = background.depth_mm.copy(), background.instance.copy()
         depth_mm[crop(whole)], instance[crop(whole)] = depth_to_mm(view.depth_m), view.ids
         seen = set(np.unique(background.instance).tolist()) | set(np.unique(view.ids).tolist())
@@ -129,7 +147,7 @@ class MovedRoom:
 
         ids, pose = self.ids(background, shape, window), self.sensor.world_T_camera
         scene = scene_at(self.scene, dict(group))
-        rgb = background_rgb(scene, ids, self.renderer, self.sensor.camera, pose, window)
+        rgb = background_rgb(scene, ids, self.renderer, self.sensor.camera, pose, window, self._at_rest[1])
         return repainted(rgb, group, window, shape, background)
 
     @cached_property
@@ -168,7 +186,9 @@ def _shape(scene: Scene, thing: Thing, sources: Sources) -> tuple[FloatArray, Fl
     item = scene.object(object_id)
     own = np.repeat([name in ("", part.name) for part in item.parts], [len(part.vertices) for part in item.parts])
     vertices = item.vertices[own]
-    around = corners_of(vertices.min(axis=0) - SHADE_REACH_M, vertices.max(axis=0) + SHADE_REACH_M)
+    low, high = vertices.min(axis=0) - SHADE_REACH_M, vertices.max(axis=0) + SHADE_REACH_M
+    low[2] = max(low[2], min(FLOOR_M, low[2] + SHADE_REACH_M))
+    around = corners_of(low, high)
     return vertices, np.concatenate([around, _shadow_on_floor(vertices, sources)])
 
 

@@ -94,7 +94,7 @@ def relit_room(room: MovedRoom, daylight: Sources, states: LightStates, seconds:
     from hsbench.synth.render.background import FINE_GATHER_RAYS, Drawing, lit_by
 
     camera, pose = room.sensor.camera, room.sensor.world_T_camera
-    view = room.renderer.render(room.meshes, camera, pose, Lighting(1.0))
+    view = room.renderer.render(room.meshes, camera, pose, Lighting(1.0), only="shape")
     day_exposure = daylight.exposure(pose[:2, 3])
     sources, weight = decomposed(room.scene, daylight, states)
     here = daylight.room_of(pose[None, :2, 3])[0]

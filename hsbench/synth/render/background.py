@@ -25,7 +25,8 @@ from hsbench.synth.render.materials import SILVER
 from hsbench.synth.render.mirrors import reflections
 from hsbench.synth.render.rays import Rays, rays_of
 from hsbench.synth.render.sources import Sources, sources_of
-from hsbench.synth.render.surfaces import surfaces_of, triangles_seen
+from hsbench.synth.render.still import Coloured, Known, Still
+from hsbench.synth.render.surfaces import Surfaces, surfaces_of, triangles_seen
 from hsbench.synth.render.tone import encode_srgb
 from hsbench.typing import BoolArray, FloatArray, Int32Array, UInt8Array, UInt16Array
 
@@ -55,6 +56,25 @@ class Drawing(NamedTuple):
     gather_rays: int
 
 
+class _Band(NamedTuple):
+    """Rows of a window, the window drawn for them, and the triangle and ray of each sample of that."""
+
+    rows: Window
+    drawn: Window
+    triangle: Int32Array
+    rays: Rays
+
+
+class _Seen(NamedTuple):
+    """What a window shows: of which objects, band by band, and the (h, w) pixels that show nothing."""
+
+    window: Window
+    objects: list[SceneObject]
+    surfaces: Surfaces
+    bands: list[_Band]
+    hidden: BoolArray
+
+
 def background_rgb(
     scene: Scene,
     ids: UInt16Array,
@@ -62,15 +82,27 @@ def background_rgb(
     camera: Camera,
     world_T_camera: FloatArray,
     window: Window | None = None,
+    still: Still | None = None,
 ) -> UInt8Array:
     """(h, w, 3) sRGB of a scene given in the world frame; black where ids, the id image of the full picture, is 0.
 
     ``window`` (default: the full picture) crops: its pixels equal those of the full picture.
+    still: of the same view while things were elsewhere. Pixels whose light has changed by less than ``LEAST_LIGHT``
+    since are taken from it.
     """
-    sources = sources_of(scene)
-    drawing = Drawing(sources.exposure(world_T_camera[:2, 3]), on_display=True, gather_rays=GATHER_RAYS)
-    (light,) = lit_by([sources], drawing, scene, ids, renderer, camera, world_T_camera, window)
+    seen = _seen(scene, ids, renderer, camera, world_T_camera, window)
+    sources, drawing = _on_display(scene, world_T_camera)
+    light, _ = _pictured(seen, sources, drawing, still)
     return encode_srgb(light)
+
+
+def still_background(
+    scene: Scene, ids: UInt16Array, renderer: Renderer, camera: Camera, world_T_camera: FloatArray
+) -> tuple[UInt8Array, Still | None]:
+    """``background_rgb`` of the full picture, and what windows of later ones may take over; None of very large ones."""
+    seen = _seen(scene, ids, renderer, camera, world_T_camera, None)
+    light, coloured = _pictured(seen, *_on_display(scene, world_T_camera))
+    return encode_srgb(light), Still(seen.objects, coloured[0]) if len(coloured) == 1 else None
 
 
 def lit_by(
@@ -87,29 +119,53 @@ def lit_by(
 
     Where it is not on the display it is linear in the sources.
     """
+    seen = _seen(scene, ids, renderer, camera, world_T_camera, window)
+    for sources in lights:
+        light, _ = _pictured(seen, sources, drawing)
+        yield light
+
+
+def _on_display(scene: Scene, world_T_camera: FloatArray) -> tuple[Sources, Drawing]:
+    """The lights of a scene, and how they become a picture."""
+    sources = sources_of(scene)
+    return sources, Drawing(sources.exposure(world_T_camera[:2, 3]), on_display=True, gather_rays=GATHER_RAYS)
+
+
+def _seen(
+    scene: Scene, ids: UInt16Array, renderer: Renderer, camera: Camera, world_T_camera: FloatArray,
+    window: Window | None,
+) -> _Seen:  # fmt: skip
     window = window or Window.full(camera)
-    seen = set(np.unique(ids).tolist())
-    objects = [o for o in scene.objects if o.category.group == "structure" or o.object_id in seen]
+    owners = set(np.unique(ids).tolist())
+    objects = [o for o in scene.objects if o.category.group == "structure" or o.object_id in owners]
     surfaces = surfaces_of(objects)
     shown = _is_shown(objects, camera)[surfaces.part]
     fine = camera.scaled(SUPERSAMPLE)
     bands = []
-    for band in _bands(window):
-        drawn = _with_surroundings(band, camera)
+    for rows in _bands(window):
+        drawn = _with_surroundings(rows, camera)
         finer = _finer_window(drawn, SUPERSAMPLE)
         triangle = triangles_seen(surfaces, shown, renderer, fine, world_T_camera, finer)
-        bands.append((band, drawn, triangle, rays_of(fine, world_T_camera, finer)))
+        bands.append(_Band(rows, drawn, triangle, rays_of(fine, world_T_camera, finer)))
     hidden = ids[window.v0 : window.v0 + window.height, window.u0 : window.u0 + window.width] == 0
-    for sources in lights:
-        illumination = Illumination(surfaces, sources)
-        picture = np.empty((window.height, window.width, 3))
-        for band, drawn, triangle, rays in bands:
-            light = _light(illumination, triangle, rays, drawing)
-            top, left = band.v0 - drawn.v0, band.u0 - drawn.u0
-            rows = slice(band.v0 - window.v0, band.v0 - window.v0 + band.height)
-            picture[rows] = light[top : top + band.height, left : left + band.width]
-        picture[hidden] = 0.0
-        yield picture
+    return _Seen(window, objects, surfaces, bands, hidden)
+
+
+def _pictured(
+    seen: _Seen, sources: Sources, drawing: Drawing, still: Still | None = None
+) -> tuple[FloatArray, list[Coloured]]:
+    """((h, w, 3) light of a window, what it follows from in each band)."""
+    window, illumination = seen.window, Illumination(seen.surfaces, sources)
+    picture, all_coloured = np.empty((window.height, window.width, 3)), []
+    for band, drawn, triangle, rays in seen.bands:
+        known = None if still is None else still.cut(drawn, seen.objects)
+        coloured, light = _light(illumination, triangle, rays, drawing, known)
+        top, left = band.v0 - drawn.v0, band.u0 - drawn.u0
+        rows = slice(band.v0 - window.v0, band.v0 - window.v0 + band.height)
+        picture[rows] = light[top : top + band.height, left : left + band.width]
+        all_coloured.append(coloured)
+    picture[seen.hidden] = 0.0
+    return picture, all_coloured
 
 
 def _is_shown(objects: Sequence[SceneObject], camera: Camera) -> BoolArray:
@@ -139,33 +195,48 @@ def _with_surroundings(window: Window, camera: Camera) -> Window:
     return Window(u0, v0, u1 - u0, v1 - v0)
 
 
-def _light(illumination: Illumination, triangle: Int32Array, rays: Rays, drawing: Drawing) -> FloatArray:
-    """(h, w, 3) light of pixels of SUPERSAMPLE x SUPERSAMPLE samples, 0 where none shows a triangle."""
+def _light(
+    illumination: Illumination, triangle: Int32Array, rays: Rays, drawing: Drawing, known: Known | None
+) -> tuple[Coloured, FloatArray]:
+    """(what is not mirrored, (h, w, 3) light) of pixels of SUPERSAMPLE x SUPERSAMPLE samples.
+
+    0 where none shows a triangle.
+    """
     mirrors = list(reflections(triangle, rays, illumination.surfaces, TILE_PX * SUPERSAMPLE))
     direct = triangle.copy()
     for mirror in mirrors:
         direct[mirror.rows, mirror.columns][mirror.triangle >= 0] = -1
-    light = _coloured(illumination, direct, rays, drawing)
+    coloured = _coloured(illumination, direct, rays, drawing, known)
+    light = coloured.light.copy() if mirrors else coloured.light
     for mirror in mirrors:
         part = light[tuple(slice(s.start // SUPERSAMPLE, s.stop // SUPERSAMPLE) for s in (mirror.rows, mirror.columns))]
         dimmed = drawing._replace(exposure=SILVER * drawing.exposure)
-        shown = _coloured(illumination, mirror.triangle, mirror.rays, dimmed)
+        shown = _coloured(illumination, mirror.triangle, mirror.rays, dimmed).light
         share = _share(mirror.triangle >= 0, triangle[mirror.rows, mirror.columns] >= 0)
         part += share[..., None] * (shown - part)
-    return light
+    return coloured, light
 
 
-def _coloured(illumination: Illumination, triangle: Int32Array, rays: Rays, drawing: Drawing) -> FloatArray:
-    """(h, w, 3) light of pixels of SUPERSAMPLE x SUPERSAMPLE samples that show triangles, not what they mirror.
+def _coloured(
+    illumination: Illumination, triangle: Int32Array, rays: Rays, drawing: Drawing, known: Known | None = None
+) -> Coloured:
+    """Pixels of SUPERSAMPLE x SUPERSAMPLE samples that show triangles, not what they mirror.
 
-    0 where no sample shows a triangle.
+    Black where no sample shows a triangle.
     """
     sources = illumination.sources
     grid = _light_grid(illumination, triangle, rays, drawing.gather_rays)
-    sun = Sun(sources.sun_towards, sources.sun, _sunlit(illumination, triangle, rays), sources.outside, sources.outlook)
-    return colour_pixels(
-        triangle, rays, illumination.surfaces, grid, GRID_STEP, sun, drawing.exposure, SUPERSAMPLE, drawing.on_display
-    )
+    sunlit = _sunlit(illumination, triangle, rays)
+    sun = Sun(sources.sun_towards, sources.sun, sunlit, sources.outside, sources.outlook)
+    h, w = (n // SUPERSAMPLE for n in triangle.shape)
+    wanted, light = np.ones((h, w), dtype=np.bool_), np.zeros((h, w, 3))
+    if known is not None:
+        wanted, light = known.changed(triangle, sunlit, grid.light, GRID_STEP), known.earlier.light.copy()
+    colour_pixels(
+        triangle, rays, illumination.surfaces, grid, GRID_STEP, sun, drawing.exposure, SUPERSAMPLE, drawing.on_display,
+        wanted, light,
+    )  # fmt: skip
+    return Coloured(triangle, sunlit, grid.light, light)
 
 
 def _share(some: BoolArray, valid: BoolArray) -> FloatArray:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -152,7 +152,7 @@ class Window:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What was rendered: the window's pixels. The arrays belong to the caller."""
+    """What was rendered: the window's pixels. The arrays belong to the caller. What was not asked for is 0."""
 
     rgb: UInt8Array
     """(H, W, 3) sRGB."""
@@ -160,6 +160,16 @@ class View:
     """(H, W) metres as the camera counts depth, 0 = nothing."""
     ids: UInt16Array
     """(H, W) mesh ids, 0 = nothing."""
+
+    @classmethod
+    def blank(cls, window: Window) -> View:
+        """A view of nothing."""
+        shape = (window.height, window.width)
+        return cls(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.float32), np.zeros(shape, np.uint16))
+
+
+Only = Literal["rgb", "shape"] | None
+"""What is wanted of a view: ``rgb``, ``shape`` (depth and ids), or None, both."""
 
 
 class Renderer(Protocol):
@@ -176,10 +186,12 @@ class Renderer(Protocol):
         world_T_camera: FloatArray,
         lights: Lighting,
         window: Window | None = None,
+        only: Only = None,
     ) -> View:
         """Draw ``meshes``, and only these, seen by ``camera`` at the (4, 4) pose ``world_T_camera``.
 
-        ``window`` (default: the full image) crops: its pixels equal those of a full render.
+        ``window`` (default: the full image) crops: its pixels equal those of a full render. ``only`` what is asked for
+        need be drawn, which can take half the time.
         Raises SchemaError for a window outside the image or two meshes with one id.
         """
 

@@ -76,16 +76,16 @@ def points_seen(
 @numba.njit(cache=True, error_model="numpy")
 def colour_pixels(
     triangle: Int32Array, rays: Rays, surfaces: Surfaces, grid: LightGrid, grid_step: int, sun: Sun, exposure: float,
-    factor: int, on_display: bool,
-) -> FloatArray:  # fmt: skip
-    """(h, w, 3) light of pixels of factor x factor samples: the mean over those with a triangle, else 0.
+    factor: int, on_display: bool, wanted: BoolArray, result: FloatArray,
+) -> None:  # fmt: skip
+    """Set result (h, w, 3) to the light of the ``wanted`` (h, w) pixels of factor x factor samples: the mean over
+    those with a triangle, else 0.
 
     on_display: as the display shows it, else as it is exposed: linear in the light of grid, sun and outside.
     triangle: (factor h, factor w). grid: a point of CHANNELS channels in the middle of every grid_step x grid_step
     samples. A pixel that shows one triangle alone is asked for once, in its middle: textures are filtered.
     """
     h, w = triangle.shape[0] // factor, triangle.shape[1] // factor
-    result = np.zeros((h, w, 3))
     light = np.empty(3)
     work = Work(
         np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3),
@@ -93,6 +93,9 @@ def colour_pixels(
     )  # fmt: skip
     for y in range(h):
         for x in range(w):
+            if not wanted[y, x]:
+                continue
+            result[y, x] = 0.0
             first, alike, found, sunlit = triangle[factor * y, factor * x], True, 0, 0.0
             for i in range(factor * y, factor * (y + 1)):
                 for j in range(factor * x, factor * (x + 1)):
@@ -119,7 +122,6 @@ def colour_pixels(
                         )  # fmt: skip
                         for c in range(3):
                             result[y, x, c] += (toned(light[c]) if on_display else light[c]) / found
-    return result
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -21,14 +21,14 @@ import functools
 import os
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from hsbench.errors import HsbenchError, MissingExtraError
 from hsbench.geometry.cameras import Camera, PinholeCamera
-from hsbench.synth.render.base import NEAR_M, Lighting, Mesh, Renderer, View, Window, check_request
+from hsbench.synth.render.base import NEAR_M, Lighting, Mesh, Only, Renderer, View, Window, check_request
 from hsbench.synth.render.shading import corner_normals, to_linear
 from hsbench.typing import AnyArray, Float32Array, FloatArray, UInt8Array, UInt16Array
 
@@ -181,10 +181,11 @@ class PyrenderRenderer:
         world_T_camera: FloatArray,
         lights: Lighting,
         window: Window | None = None,
+        only: Only = None,
     ) -> View:
         """See Renderer.render."""
         if not isinstance(camera, PinholeCamera):
-            return self._ray_caster.render(meshes, camera, world_T_camera, lights, window)
+            return self._ray_caster.render(meshes, camera, world_T_camera, lights, window, only)
         window = check_request(meshes, camera, world_T_camera, window)
         if os.getpid() != self._process:
             raise HsbenchError("an OpenGL context does not survive a fork: start worker processes by 'spawn'")
@@ -196,11 +197,15 @@ class PyrenderRenderer:
         self._set_lights(lights)
         self._gl.draw_list = nodes
         self._scene.set_pose(self._camera_node, world_T_camera @ _CAMERA_T_GL)
-        colours = {node: np.array([m.mesh_id & 255, m.mesh_id >> 8, 0]) for node, m in zip(nodes, shown, strict=True)}
-        seg, window_depth = self._draw(camera, window, _SEG_FLAGS, colours)
-        depth_m, ids = _metres(window_depth), _ids(seg)
-        rgba, _ = self._draw(camera, window, _COLOUR_FLAGS, None)
-        return View(np.where(ids[..., None] > 0, rgba[..., :3], np.uint8(0)), depth_m, ids)
+        view = View.blank(window)
+        if only != "rgb":
+            codes = {node: np.array([m.mesh_id & 255, m.mesh_id >> 8, 0]) for node, m in zip(nodes, shown, strict=True)}
+            seg, window_depth = self._draw(camera, window, _SEG_FLAGS, codes)
+            view = replace(view, depth_m=_metres(window_depth), ids=_ids(seg))
+        if only != "shape":
+            rgba, _ = self._draw(camera, window, _COLOUR_FLAGS, None)
+            view = replace(view, rgb=rgba[..., :3].copy())
+        return view
 
     @functools.cached_property
     def _ray_caster(self) -> Renderer:

@@ -7,7 +7,7 @@ triangle's plane, so depth is exact. Slower than the GL back end on crops; the r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numba
@@ -15,9 +15,9 @@ import numpy as np
 
 from hsbench.errors import MissingExtraError
 from hsbench.geometry.cameras import Camera, TopDownCamera, pixel_centres
-from hsbench.synth.render.base import CUT_M, NEAR_M, Lighting, Mesh, View, Window, check_request
+from hsbench.synth.render.base import CUT_M, NEAR_M, Lighting, Mesh, Only, View, Window, check_request
 from hsbench.synth.render.shading import corner_normals, lambert, to_bytes, to_linear
-from hsbench.typing import AnyArray, BoolArray, Float32Array, FloatArray, Int32Array, IntArray, UInt8Array, UInt16Array
+from hsbench.typing import AnyArray, BoolArray, Float32Array, FloatArray, Int32Array, IntArray, UInt8Array
 
 try:
     from embreex.mesh_construction import TriangleMesh
@@ -96,28 +96,27 @@ class RaycastRenderer:
         world_T_camera: FloatArray,
         lights: Lighting,
         window: Window | None = None,
+        only: Only = None,
     ) -> View:
         """See Renderer.render."""
         window = check_request(meshes, camera, world_T_camera, window)
         if isinstance(camera, TopDownCamera):
             meshes = [mesh for mesh in meshes if _is_below_cut(mesh, world_T_camera)]
-        shape = (window.height, window.width)
         if not any(len(mesh.triangles) for mesh in meshes):
-            return View(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.float32), np.zeros(shape, np.uint16))
+            return View.blank(window)
         if self._built is None or not self._built.serves(meshes, world_T_camera[:3, 3]):
             self._built = _build(meshes, world_T_camera[:3, 3])
         built = self._built
         rows = max(BLOCK_RAYS // window.width, 1)
         tops = range(window.v0, window.v0 + window.height, rows)
         blocks = [Window(window.u0, v0, window.width, min(rows, window.v0 + window.height - v0)) for v0 in tops]
-        drawn = [_draw(built, camera, world_T_camera, lights, block) for block in blocks]
-        return View(*(np.concatenate(arrays) for arrays in zip(*drawn, strict=True)))
+        drawn = [_draw(built, camera, world_T_camera, lights, block, only) for block in blocks]
+        return View(*(np.concatenate([getattr(view, f.name) for view in drawn]) for f in fields(View)))
 
 
 def _draw(
-    built: _Built, camera: Camera, world_T_camera: FloatArray, lights: Lighting, window: Window
-) -> tuple[UInt8Array, Float32Array, UInt16Array]:
-    """RGB, depth and ids of a window."""
+    built: _Built, camera: Camera, world_T_camera: FloatArray, lights: Lighting, window: Window, only: Only
+) -> View:
     shape = (window.height, window.width)
     origins, rays = _rays(camera, world_T_camera, window)
     if isinstance(camera, TopDownCamera):
@@ -126,9 +125,13 @@ def _draw(
     else:
         hits = _cast(built, origins, rays, NEAR_M)
         depth = hits.depth
-    ids = np.where(hits.triangle >= 0, built.mesh_ids[hits.triangle], 0).astype(np.uint16)
-    rgb = _shade(built, origins, rays, hits, lights)
-    return rgb.reshape(*shape, 3), depth.astype(np.float32).reshape(shape), ids.reshape(shape)
+    view = View.blank(window)
+    if only != "rgb":
+        ids = np.where(hits.triangle >= 0, built.mesh_ids[hits.triangle], 0).astype(np.uint16)
+        view = replace(view, depth_m=depth.astype(np.float32).reshape(shape), ids=ids.reshape(shape))
+    if only != "shape":
+        view = replace(view, rgb=_shade(built, origins, rays, hits, lights).reshape(*shape, 3))
+    return view
 
 
 def _is_below_cut(mesh: Mesh, world_T_camera: FloatArray) -> bool:

@@ -8,6 +8,7 @@ back ends that agree on the triangle agree on the point.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -65,12 +66,20 @@ class Surfaces(NamedTuple):
 
 def surfaces_of(objects: Sequence[SceneObject]) -> Surfaces:
     """The surfaces of some objects, triangles in the order of objects and parts."""
-    pairs = [(item, part) for item in objects for part in item.parts]
-    corners, planes, materials = [], [], []
-    for item, part in pairs:
-        corners.append(apply(item.scene_T_object, part.vertices)[part.triangles])
-        planes.append(np.empty((0, 4)) if part.solid is None else part.solid.planes)
-        materials.append(material(item, part))
+    alone = [_surfaces_of_one(item) for item in objects]
+    joined = {name: np.concatenate([getattr(own, name) for own in alone]) for name in Surfaces._fields}
+    parts, planes = (np.cumsum([0, *(len(getattr(own, name)) for own in alone)]) for name in ("colour", "planes"))
+    joined["part"] = np.concatenate([own.part + np.int32(start) for own, start in zip(alone, parts, strict=False)])
+    starts = [own.plane_start[:-1] + start for own, start in zip(alone, planes, strict=False)]
+    joined["plane_start"] = np.append(np.concatenate(starts), planes[-1])
+    return Surfaces(**joined)
+
+
+@lru_cache(maxsize=256)  # of a room that is drawn again and again most objects have not moved
+def _surfaces_of_one(item: SceneObject) -> Surfaces:
+    corners = [apply(item.scene_T_object, part.vertices)[part.triangles] for part in item.parts]
+    planes = [np.empty((0, 4)) if part.solid is None else part.solid.planes for part in item.parts]
+    materials = [material(item, part) for part in item.parts]
     joined = np.concatenate(corners)
     cross = np.cross(joined[:, 1] - joined[:, 0], joined[:, 2] - joined[:, 0])
     length = np.linalg.norm(cross, axis=1, keepdims=True)
@@ -81,9 +90,9 @@ def surfaces_of(objects: Sequence[SceneObject]) -> Surfaces:
     return Surfaces(
         corners=joined,
         normals=cross / np.where(length > 0.0, length, 1.0),
-        part=np.repeat(np.arange(len(pairs), dtype=np.int32), [len(c) for c in corners]),
-        pane=np.array([is_pane(item, part) for item, part in pairs], dtype=np.bool_),
-        opaque=np.array([is_opaque(item, part) for item, part in pairs], dtype=np.bool_),
+        part=np.repeat(np.arange(len(item.parts), dtype=np.int32), [len(c) for c in corners]),
+        pane=np.array([is_pane(item, part) for part in item.parts], dtype=np.bool_),
+        opaque=np.array([is_opaque(item, part) for part in item.parts], dtype=np.bool_),
         colour=column("colour", np.float64),
         second=column("second", np.float64),
         texture=column("texture", np.int32),
@@ -91,7 +100,7 @@ def surfaces_of(objects: Sequence[SceneObject]) -> Surfaces:
         gloss=column("gloss", np.float64),
         straight_on=column("straight_on", np.float64),
         edge_m=column("edge_m", np.float64),
-        object_T_world=np.array([np.linalg.inv(item.scene_T_object) for item, _ in pairs]),
+        object_T_world=np.array([np.linalg.inv(item.scene_T_object)] * len(item.parts)),
         shift_m=column("shift_m", np.float64),
         planes=np.concatenate(planes),
         plane_start=np.cumsum([0, *map(len, planes)], dtype=np.int64),
@@ -118,5 +127,5 @@ def triangles_seen(
     codes = np.stack([numbers & 255, (numbers >> 8) & 255, numbers >> 16], axis=-1).astype(np.uint8)
     triangles = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
     mesh = Mesh(MAX_MESH_ID, surfaces.corners.reshape(-1, 3), triangles[drawn], codes[drawn])
-    rgb = renderer.render([mesh], camera, world_T_camera, Lighting(1.0), window).rgb.astype(np.int32)
+    rgb = renderer.render([mesh], camera, world_T_camera, Lighting(1.0), window, only="rgb").rgb.astype(np.int32)
     return rgb[..., 0] + (rgb[..., 1] << 8) + (rgb[..., 2] << 16) - 1

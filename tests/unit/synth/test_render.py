@@ -156,6 +156,14 @@ def test_a_window_equals_the_same_pixels_of_the_full_image(renderer: Renderer) -
             assert same(part, crop(full, window))
 
 
+def test_what_alone_is_asked_for_is_as_in_the_full_view(renderer: Renderer) -> None:
+    for window in (None, PERSON_WINDOW):
+        full = renderer.render(room(), CAMERA, POSE, LIGHTS, window)
+        shape = renderer.render(room(), CAMERA, POSE, LIGHTS, window, only="shape")
+        rgb = renderer.render(room(), CAMERA, POSE, LIGHTS, window, only="rgb")
+        assert same(full, View(rgb.rgb, shape.depth_m, shape.ids))
+
+
 def test_a_moved_person_is_drawn_like_a_new_one(renderer: Renderer) -> None:
     start, target = person(2.2, 2.0), person(2.6, 1.6, lean=0.2)
     before = renderer.render([*room()[:-1], start], CAMERA, POSE, LIGHTS)
