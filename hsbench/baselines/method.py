@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from hsbench.datasets.dataset import Dataset
@@ -19,11 +20,14 @@ Predictor = Callable[[Episode], Any]
 
 @dataclass(frozen=True)
 class Settings:
-    """What preparing a method takes: the data it will see, training data with truth (or None), and a seed."""
+    """What preparing a method takes: the data it will see, training data with truth (or None), a seed, and the file of
+    weights of a network (None: those that come with hsbench).
+    """
 
     data: Dataset
     train: Dataset | None
     seed: int = 0
+    weights: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -31,8 +35,8 @@ class Method:
     """A method of one task.
 
     task: its name. track: the inputs it uses. control: which of the task's controls it is, None for others.
-    needs_train: it is fitted on split train; oracle: it needs truth of the episode itself. Raises SchemaError where the
-    task has no such track or control.
+    needs_train: it is fitted on split train; oracle: it needs truth of the episode itself. weights: name of the weights
+    of a network, None for others. Raises SchemaError where the task has no such track or control.
     """
 
     task: str
@@ -43,6 +47,7 @@ class Method:
     control: str | None = None
     needs_train: bool = False
     oracle: bool = False
+    weights: str | None = None
 
     def __post_init__(self) -> None:
         spec = task(self.task)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from hsbench.baselines.affordance360 import classifiers
 from hsbench.baselines.controls import actions, boxes, topdown, view, volumes
 from hsbench.baselines.method import Method
-from hsbench.baselines.occlusion import detection
+from hsbench.baselines.occlusion import detection, voxelnet
 from hsbench.baselines.occlusion import methods as completion
 from hsbench.errors import DataError
 from hsbench.tasks.registry import TASKS, task
@@ -16,11 +17,13 @@ METHODS: Mapping[str, Mapping[str, Method]] = {
         method.name: method
         for method in (
             *completion.METHODS.values(),
+            *voxelnet.METHODS,
             *detection.METHODS,
             *boxes.METHODS,
             *topdown.METHODS,
             *view.METHODS,
             *actions.METHODS,
+            *classifiers.METHODS,
             *volumes.METHODS,
         )
         if method.task == name

@@ -19,6 +19,7 @@ EXTRAS = {
     "torch": ("torch", "safetensors"),
     "viz": ("rerun-sdk",),
     "cluster": ("distributed",),
+    "learn": ("scikit-learn",),
 }
 MINIMUM_PYTHON = (3, 11)
 ENOUGH_DISK_GB = 5

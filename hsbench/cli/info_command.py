@@ -27,6 +27,7 @@ def command(data: Path, classes: bool, pictures: Path | None, as_json: bool) -> 
     """What DATA holds: episodes per split, length, pictures, poses, sizes on disk, how it was made."""
     from hsbench.datasets.dataset import load
     from hsbench.datasets.statistics import Classes, class_balance, split_counts
+    from hsbench.io.dataset_index import contents_sha256
     from hsbench.io.plain import to_plain
 
     if pictures is not None:
@@ -36,15 +37,21 @@ def command(data: Path, classes: bool, pictures: Path | None, as_json: bool) -> 
     keys = ("name", "schema_version", "seed", "splits_version", "frames", "licence")
     facts = {key: description[key] for key in keys if key in description}
     splits = split_counts(dataset)
+    hashes = {
+        "contents_sha256": contents_sha256(data),
+        "contents_sha256_without_pictures": contents_sha256(data, pictures=False),
+    }
     balance = sum(progress(class_balance(dataset), len(dataset), "info"), Classes()) if classes else None
     if pictures is not None:
         _draw(dataset, pictures)
     if as_json:
         more = {} if balance is None else {"classes": to_plain(balance)}
-        print_json({**facts, "manifest_sha256": dataset.manifest_sha256, "splits": to_plain(splits), **more})
+        print_json({**facts, "manifest_sha256": dataset.manifest_sha256, **hashes, "splits": to_plain(splits), **more})
         return
     click.echo(", ".join(f"{key} {value}" for key, value in facts.items()))
     _print_splits(splits)
+    for key, digest in hashes.items():
+        click.echo(f"{key} {digest}")
     if balance is not None:
         _print_classes(balance, len(dataset))
     if pictures is not None:

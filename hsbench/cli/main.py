@@ -29,6 +29,7 @@ COMMANDS = {
     "pack": "divide a test set into inputs to publish and hidden truth",
     "tasks": "list the tasks",
     "task": "one task, exactly",
+    "train": "train a baseline that is a network",
     "predict": "run a baseline over a data set",
     "check": "check a submission, without truth",
     "score": "score a submission into a report",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from hsbench.cli.common import FOLDER, next_step, on_split, progress
+from hsbench.cli.common import ANY_PATH, FOLDER, next_step, on_split, progress
 from hsbench.errors import HsbenchError
 
 
@@ -24,6 +24,9 @@ from hsbench.errors import HsbenchError
     "--train", type=FOLDER, metavar="DIR", help="Data set whose split train fits the method; default: the same."
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of methods that draw.")
+@click.option(
+    "--weights", type=ANY_PATH, metavar="FILE", help="Of a network, as hsbench train writes it; default: its own."
+)
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 @click.option("--replace", is_flag=True, help="Replace --out if it exists.")
 @click.option("--list", "list_methods", is_flag=True, is_eager=True, help="List the methods.")
@@ -35,6 +38,7 @@ def command(
     out: Path | None,
     train: Path | None,
     seed: int,
+    weights: Path | None,
     workers: int,
     replace: bool,
     list_methods: bool,
@@ -60,7 +64,7 @@ def command(
     training = None if train is None else load(train, "train")
     # Closed at once on Ctrl-C, as in ``generate``: else workers go on until somebody collects the iterator.
     with closing(
-        predict(chosen, dataset, out, train=training, seed=seed, replace_out=replace, workers=workers)
+        predict(chosen, dataset, out, train=training, seed=seed, weights=weights, replace_out=replace, workers=workers)
     ) as answers:
         count = sum(1 for _ in progress(answers, len(dataset), method))
     click.echo(f"{out}: {count} predictions of {method}")

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 @click.option(
     "--against-recipe", type=click.IntRange(min=1), metavar="N", help="Make N random scenes of DATA again and compare."
 )
+@click.option("--expected", is_flag=True, help="Compare DATA with the expected.json of its recipe.")
+@click.option("--pin", is_flag=True, help="Write the expected.json of a recipe from DATA.")
 @click.option("--recipe", type=FOLDER, metavar="DIR", help="Of data made from a recipe of one's own.")
 @click.option("--scenes", type=click.IntRange(min=1), metavar="N", help="Build and examine N generated scenes instead.")
 @click.option("--lives", type=click.IntRange(min=1), metavar="N", help="Simulate and measure life in N homes instead.")
@@ -34,6 +36,8 @@ def command(
     context: click.Context,
     data: Path | None,
     against_recipe: int | None,
+    expected: bool,
+    pin: bool,
     recipe: Path | None,
     scenes: int | None,
     lives: int | None,
@@ -45,17 +49,22 @@ def command(
 
     With --against-recipe N: make N random scenes of DATA again, and compare all but pictures by hash, and pictures by
     statistics.
+    With --expected: compare the scenes that the recipe's expected.json pins, without making anything.
     With --scenes N: build N homes, offices and single rooms, and check what the generator promises of them.
     With --lives N: let three persons live for ten minutes in each of N homes, and check what is promised of that.
     """
     if sum(given is not None for given in (data, scenes, lives)) != 1:
         raise HsbenchError("verify takes a data set, --scenes N or --lives N, one of them")
-    if against_recipe is not None:
-        if data is None:
-            raise click.UsageError("--against-recipe takes a data set: hsbench verify DATA --against-recipe N")
-        sound = _verify_against_recipe(
-            data, against_recipe, seed, workers, None if recipe is None else str(recipe), as_json
-        )
+    own_recipe = None if recipe is None else str(recipe)
+    if data is None and (against_recipe is not None or expected or pin):
+        option = "--pin" if pin else "--expected" if expected else "--against-recipe N"
+        raise click.UsageError(f"{option.split()[0]} takes a data set: hsbench verify DATA {option}")
+    if data is not None and against_recipe is not None:
+        sound = _verify_against_recipe(data, against_recipe, seed, workers, own_recipe, as_json)
+    elif data is not None and pin:
+        sound = _pin(data, own_recipe)
+    elif data is not None and expected:
+        sound = _verify_expected(data, own_recipe, as_json)
     elif data is not None:
         sound = _verify_data(data, as_json)
     elif scenes is not None:
@@ -98,6 +107,29 @@ def _verify_against_recipe(data: Path, count: int, seed: int, workers: int, reci
         for fault in faults:
             click.echo(f"fault: {fault}", err=True)
         click.echo(f"{data}: {len(found)} scenes made again, {len(faults)} faults")
+    return not faults
+
+
+def _pin(data: Path, recipe: str | None) -> bool:
+    from hsbench.synth.expected import pin
+    from hsbench.synth.remake import recipe_of
+
+    click.echo(f"{pin(data, recipe_of(data, recipe))}: written")
+    return True
+
+
+def _verify_expected(data: Path, recipe: str | None, as_json: bool) -> bool:
+    from hsbench.synth.expected import expected_faults
+    from hsbench.synth.remake import recipe_of
+
+    found = list(expected_faults(data, recipe_of(data, recipe)))
+    faults = [fault for of_episode in found for fault in of_episode]
+    if as_json:
+        print_json({"data": str(data), "episodes_compared": len(found), "faults": faults})
+    else:
+        for fault in faults:
+            click.echo(f"fault: {fault}", err=True)
+        click.echo(f"{data}: {len(found)} episodes compared with what is expected, {len(faults)} faults")
     return not faults
 
 

@@ -29,7 +29,15 @@ if TYPE_CHECKING:
     "--height", "height_px", type=click.IntRange(64, 2160), default=360, show_default=True, help="Of a frame."
 )
 @click.option("--rerun", type=ANY_PATH, metavar="FILE.rrd", help="Also log everything for the Rerun viewer.")
+@click.option(
+    "--prediction",
+    type=ANY_PATH,
+    metavar="SUBMISSION",
+    help="Draw this beside truth instead: ID-prediction.png and an interactive ID-prediction.html.",
+)
+@click.pass_context
 def command(
+    context: click.Context,
     data: Path,
     episode_id: str | None,
     out: Path,
@@ -38,10 +46,17 @@ def command(
     rate_hz: float,
     height_px: int,
     rerun: Path | None,
+    prediction: Path | None,
 ) -> None:
     """Draw an episode of DATA (a data set, or the folder of one episode): frames with the observed poses and depth, as
     one sheet and as a short film. The plan of the room is drawn first where truth is there.
+
+    With --prediction, an episode's answer in a submission of scene-completion or object-detection-3d beside truth.
     """
+    if prediction is not None:
+        _refuse_beside_prediction(context)
+        _draw_prediction(data, episode_id, prediction, out)
+        return
     import numpy as np
 
     from hsbench.errors import HsbenchError
@@ -73,6 +88,36 @@ def command(
             film, (annotated(episode, k, height_px) for k in progress(range(count), count, "view", "frame")), rate_hz
         )
         click.echo(f"{film}: {count} frames, {count / rate_hz:.1f} s")
+
+
+OF_FRAMES = ("clip", "pictures", "rate_hz", "height_px", "rerun")
+"""Options that say how frames are drawn."""
+
+
+def _refuse_beside_prediction(context: click.Context) -> None:
+    """Raise UsageError where an option was typed that would do nothing."""
+    for option in context.command.params:
+        typed = option.name in OF_FRAMES and context.get_parameter_source(option.name)
+        if typed == click.core.ParameterSource.COMMANDLINE:
+            raise click.UsageError(f"{option.opts[0]} is of frames; --prediction draws a picture and a page")
+
+
+def _draw_prediction(data: Path, episode_id: str | None, submission: Path, out: Path) -> None:
+    from hsbench.cli.view_prediction import read_answer
+    from hsbench.io.atomic import write_bytes
+    from hsbench.viz.prediction import draw
+
+    episode, answer = read_answer(data, episode_id, submission)
+    picture, page = draw(episode, answer)
+    out.mkdir(parents=True, exist_ok=True)
+    for ending, content in ((".png", picture), (".html", page)):
+        file = out / f"{episode.episode_id}-prediction{ending}"
+        write_bytes(file, content)
+        click.echo(f"{file}: {answer.method} on {answer.task}")
+    if not answer.has_truth(episode):
+        click.echo(
+            f"note: {episode.episode_id} has no truth for {answer.task}; the prediction is drawn alone", err=True
+        )
 
 
 def _read(data: Path, episode_id: str | None) -> Episode:

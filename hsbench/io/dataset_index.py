@@ -7,6 +7,7 @@ and of each unit's own manifest.
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -71,6 +72,21 @@ def described(root: Path, truth: bool = True) -> dict[str, Any]:
     """``croissant.json`` of an indexed data set, or of its inputs alone."""
     listed = {name: sha256_file(root / name) for name in (DATASET_FILE, INDEX_FILE)}
     return croissant(root, read_json(root / DATASET_FILE), listed, unit_folders(root), truth)
+
+
+def contents_sha256(root: Path, pictures: bool = True) -> str:
+    """Of what a data set's manifests say of its episodes: of two that hold the same, the same.
+
+    It is that of the list which ``find episodes -type f ! -name manifest.json | LC_ALL=C sort | xargs sha256sum``
+    prints. pictures: without them, ``recording`` and ``index.json`` are left out, which depend on the renderer.
+    """
+    listed = [
+        (f"{EPISODES_FOLDER}/{unit.name}/{name}", digest)
+        for unit in unit_folders(root)
+        for name, digest in _read_manifest(unit / MANIFEST_FILE).items()
+        if pictures or not (name.startswith("recording/") or name == "index.json")
+    ]
+    return hashlib.sha256("".join(f"{digest}  {name}\n" for name, digest in sorted(listed)).encode()).hexdigest()
 
 
 def is_indexed(root: Path) -> bool:

@@ -69,6 +69,11 @@ def is_of_this_version(root: Path, recipe: str | None = None) -> bool:
     return bool(found.sha256 == description["recipe_sha256"])
 
 
+def recipe_of(root: Path, recipe: str | None = None) -> Recipe:
+    """The recipe that a data set names. recipe: the path of its folder, where it is not a bundled one."""
+    return _origin(root, recipe)[1]
+
+
 def _origin(root: Path, recipe: str | None) -> tuple[Any, Recipe]:
     """``dataset.json`` and the recipe it names."""
     description = read_json(root / DATASET_FILE)

@@ -31,11 +31,13 @@ RANKS = (
     ("leaderboard", "torch", "viz"),
     ("baselines",),
     ("cli",),
+    ("__main__",),
 )
 RANK = {name: rank for rank, names in enumerate(RANKS) for name in names}
 
 HOMES = {
-    "torch": ("torch",), "safetensors": ("torch",), "matplotlib": ("viz",), "rerun": ("viz",),
+    "torch": ("torch", "baselines"), "safetensors": ("torch", "baselines"), "sklearn": ("baselines",),
+    "matplotlib": ("viz",), "rerun": ("viz",),
     "distributed": ("synth",), "h5py": ("datasets",),
     "pyrender": ("synth",), "OpenGL": ("synth",), "embreex": ("synth",), "trimesh": ("synth",), "click": ("cli",),
 }  # fmt: skip

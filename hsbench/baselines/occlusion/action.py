@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hsbench.baselines.occlusion.config import CarveConfig
+from hsbench.errors import SchemaError
 from hsbench.schema.poses import JointState, PoseTable
 from hsbench.schema.skeletons import KINECT_V2
 from hsbench.schema.states import Action
@@ -50,9 +51,10 @@ class Activity:
 def recognise(poses: PoseTable, config: CarveConfig) -> Activity:
     """Stand or sit for every pose that tracked joints decide; the others are left out.
 
-    ``poses`` are Kinect v2 skeletons in metres, episode frame.
+    ``poses`` are Kinect v2 skeletons in metres, episode frame. Raises SchemaError for others.
     """
-    assert poses.joints_m is not None
+    if poses.skeleton != KINECT_V2.name or poses.joints_m is None:
+        raise SchemaError(f"poses are {poses.skeleton!r}; expected joints of {KINECT_V2.name} in metres")
     joints = poses.joints_m.astype(np.float64)
     tracked = poses.joint_state == JointState.TRACKED
     pelvis = _mean(joints[..., 2], tracked, PELVIS)

@@ -9,12 +9,12 @@ from scipy.ndimage import distance_transform_edt, label
 
 from hsbench.baselines.occlusion.action import Activity
 from hsbench.baselines.occlusion.config import CarveConfig
+from hsbench.baselines.occlusion.sight import pinhole_states
 from hsbench.geometry.activity_map import rasterise
 from hsbench.geometry.cameras import PinholeCamera
 from hsbench.geometry.grids import VoxelGrid
 from hsbench.schema.sensor import Sensor
 from hsbench.schema.states import Action, VoxelState
-from hsbench.truth.sight import depth_states
 from hsbench.typing import AnyArray, BoolArray, Float32Array, FloatArray, UInt8Array
 
 
@@ -50,7 +50,7 @@ def fill_holes(depth_m: AnyArray) -> FloatArray:
 def voxel_states(sensor: Sensor, grid: VoxelGrid, depth_m: AnyArray) -> UInt8Array:
     """States of the grid's voxels as the depth frame (h, w) shows them, holes filled."""
     assert isinstance(sensor.camera, PinholeCamera)
-    return depth_states(grid, sensor.camera, sensor.world_T_camera, fill_holes(depth_m))
+    return pinhole_states(grid, sensor.camera, sensor.world_T_camera, fill_holes(depth_m))
 
 
 def activity_maps(activity: Activity, grid: VoxelGrid, config: CarveConfig) -> ActionMaps:

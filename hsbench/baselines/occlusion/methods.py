@@ -118,6 +118,15 @@ def _prepare_constant(settings: Settings) -> Predictor:
     return lambda episode: constant
 
 
+def _prepare_true_poses(settings: Settings) -> Predictor:
+    def predict(episode: Episode) -> BoolArray:
+        assert episode.truth is not None
+        assert episode.truth.poses is not None
+        return _carved(episode, recognise(episode.truth.poses.poses.until(episode.end_ns), CONFIG))
+
+    return predict
+
+
 def _prepare_swept(settings: Settings) -> Predictor:
     def predict(episode: Episode) -> BoolArray:
         assert episode.truth is not None
@@ -169,6 +178,14 @@ METHODS: Mapping[str, Method] = {
             _prepare_constant,
             control="best-constant",
             needs_train=True,
+        ),
+        Method(
+            TASK,
+            "carve-true-poses",
+            "oracle-poses",
+            "reference: carve with the true skeletons in place of the observed ones",
+            _prepare_true_poses,
+            oracle=True,
         ),
         Method(
             TASK,

@@ -200,7 +200,7 @@ def test_a_reader_that_goes_away_is_no_failure() -> None:
         os.close(gone)
         try:
             done = subprocess.run(
-                [sys.executable, "-m", "hsbench.cli.main", *arguments],
+                [sys.executable, "-m", "hsbench", *arguments],
                 stdout=ours,
                 stderr=subprocess.PIPE,
                 cwd=ROOT,

@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+import subprocess
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 
 from hsbench.errors import DataError, SchemaError
-from hsbench.io.dataset_index import read_index, unit_folders, verify_files, write_index
+from hsbench.io.dataset_index import contents_sha256, read_index, unit_folders, verify_files, write_index
 
 
 def sha256(path: Path) -> str:
@@ -42,6 +43,14 @@ def test_the_index_says_what_the_units_say(rgbd: Path) -> None:
         assert row == json.loads((unit / "index.json").read_text())
         assert row["n_poses"] == pq.read_metadata(unit / "inputs" / "poses.parquet").num_rows
         assert row["n_frames"] == pq.read_metadata(unit / "recording" / "patches.parquet").num_rows
+
+
+@pytest.mark.parametrize(("pictures", "left_out"), [(True, ""), (False, "! -path '*/recording/*' ! -name index.json")])
+def test_the_hash_of_the_contents_is_that_of_a_list_of_files(rgbd: Path, pictures: bool, left_out: str) -> None:
+    """Made by the shell, from the files themselves."""
+    listed = f"find episodes -type f ! -name manifest.json {left_out} | LC_ALL=C sort | xargs sha256sum | sha256sum"
+    shown = subprocess.run(listed, shell=True, cwd=rgbd, capture_output=True, text=True, check=True).stdout
+    assert contents_sha256(rgbd, pictures) == shown.split()[0]
 
 
 def test_writing_it_again_changes_no_byte_and_a_unit_less_is_a_row_less(rgbd_copy: Path) -> None:

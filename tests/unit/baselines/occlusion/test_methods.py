@@ -51,13 +51,13 @@ def test_every_submission_passes_its_check(rgbd: Path, submissions: dict[str, Pa
 
 
 def test_answers_nest_as_they_must(rgbd: Path, submissions: dict[str, Path]) -> None:
-    """visible-only <= carve, carve-shuffled, carve-swept, height-prior <= all-solid."""
+    """visible-only <= every carving and the prior <= all-solid."""
     data = load(rgbd, "val")
     got = {name: answers(folder, data.episode_ids) for name, folder in submissions.items()}
     for i in data.episode_ids:
         most, least = got["all-solid"][i], got["visible-only"][i]
         assert least.sum() < most.sum()
-        for name in ("carve", "carve-shuffled", "carve-swept", "height-prior"):
+        for name in ("carve", "carve-shuffled", "carve-swept", "carve-true-poses", "height-prior"):
             assert (got[name][i] <= most).all()
             assert (least <= got[name][i]).all()
         assert (got["carve"][i] != got["carve-shuffled"][i]).any()
