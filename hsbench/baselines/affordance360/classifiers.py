@@ -32,7 +32,7 @@ def samples(settings: Settings, name: str, most: int) -> tuple[FloatArray, UInt8
     """((n, F) features, (n,) actions) of poses drawn from train: of each action up to ``most``.
 
     Of every episode at most its share is drawn, so that long ones do not outweigh the others. Raises DataError where
-    fewer than two actions are there.
+    there is none.
     """
     data = training(settings, name)
     share, rng = -(-most // len(data)), Seeds(settings.seed).child("classifiers").rng("samples")
@@ -44,8 +44,8 @@ def samples(settings: Settings, name: str, most: int) -> tuple[FloatArray, UInt8
         features.append(pose_features(observed(episode).select(rows), episode.sensor))
         actions.append(action[rows])
     found = np.concatenate(actions)
-    if len(np.unique(found)) < 2:
-        raise DataError(f"{name} learns to tell actions apart; split train has poses of {len(np.unique(found))} action")
+    if not len(found):
+        raise DataError(f"{name} learns what people do; split train has no observed pose whose action is known")
     return np.concatenate(features), found
 
 
@@ -57,6 +57,8 @@ def _prepare(settings: Settings, name: str, build: Build, most: int) -> Predicto
     except ImportError as error:
         raise MissingExtraError(f"method {name}", "scikit-learn", "learn") from error
     features, actions = samples(settings, name, most)
+    if (actions == actions[0]).all():
+        return lambda episode: np.full(len(observed(episode)), actions[0], dtype=np.uint8)
     known = np.isfinite(features).any(axis=0)  # a skeleton may lack a joint altogether
     model = make_pipeline(SimpleImputer(strategy="median", add_indicator=True), StandardScaler(), build(settings.seed))
     model.fit(features[:, known], actions)

@@ -74,14 +74,21 @@ def test_the_sample_is_even_over_actions_and_episodes(settings: Settings) -> Non
     assert not np.array_equal(features, other, equal_nan=True)
 
 
-def test_one_action_alone_teaches_nothing(tmp_path: Path) -> None:
+def test_where_train_knows_one_action_it_is_the_answer_and_none_is_refused(tmp_path: Path) -> None:
     episode = ordered(0)
     assert episode.truth is not None
     assert episode.truth.poses is not None
-    standing = replace(episode.truth.poses, action=np.full_like(episode.truth.poses.action, Action.STAND))
-    train = lived_in([replace(episode, truth=replace(episode.truth, poses=standing))], tmp_path, truth=True)
-    with pytest.raises(DataError, match="has poses of 1 action"):
-        METHODS[0].prepare(Settings(train, train))
+
+    def doing(action: Action) -> Settings:
+        assert episode.truth is not None
+        assert episode.truth.poses is not None
+        true = replace(episode.truth.poses, action=np.full_like(episode.truth.poses.action, action))
+        train = lived_in([replace(episode, truth=replace(episode.truth, poses=true))], tmp_path, truth=True)
+        return Settings(train, train)
+
+    assert (METHODS[0].prepare(doing(Action.SIT))(ordered(1)) == Action.SIT).all()
+    with pytest.raises(DataError, match="no observed pose whose action is known"):
+        METHODS[0].prepare(doing(Action.IGNORED))
 
 
 def test_without_the_package_the_extra_is_named(settings: Settings, monkeypatch: pytest.MonkeyPatch) -> None:
